@@ -13,9 +13,14 @@ pub use tracks::{KEYFRAMED, SIMULATED, SignalName, Tracks};
 
 use crate::error::LanguageError;
 use crate::facts::{Action, Facts, Mood, Relation, Size, Speed};
-use crate::grammar::{Acts, Grammar, Tempo, Verb};
+use crate::grammar::{Acts, Grammar, Show, Tempo, Verb};
 use acting::Meanwhile;
 
+/// Tempo and amplitude that one sees: at most this share of the normal ones, and at least this.
+const LESS: f64 = 0.8;
+const MORE: f64 = 1.25;
+/// The same of long steps, which legs end.
+const LONGER: f64 = 1.12;
 /// Largest error of a distance, as a share.
 const DISTANCE: f64 = 0.15;
 
@@ -81,6 +86,8 @@ impl Fact {
     }
 }
 
+/// Least angle from hanging down of an arm that is held out, where no other was said (degrees).
+const LEVEL: f64 = 80.0;
 /// Error of an arm's angle (degrees).
 const LIFT: f64 = 15.0;
 
@@ -133,7 +140,21 @@ pub fn check(tracks: &Tracks, grammar: &Grammar, facts: &Facts) -> Result<Vec<Fi
                 false => Meanwhile::Nothing,
             };
             let each = actions.iter().zip(verbs);
-            Ok(each.flat_map(|(action, verb)| of_action(tracks, verb, action, meanwhile)).collect())
+            let mut found: Vec<Finding> =
+                each.flat_map(|(action, verb)| of_action(tracks, verb, action, meanwhile)).collect();
+            if let ([above, _], [upper, lower]) = (actions, verbs)
+                && meanwhile != Meanwhile::Nothing
+                && lower.shows.contains(&Show::Low)
+            {
+                found.extend(acting::there(tracks, upper, above.side).map(|(expected, got, passed)| Finding {
+                    verb: upper.name.clone(),
+                    fact: Fact::Shape,
+                    expected,
+                    got,
+                    passed,
+                }));
+            }
+            Ok(found)
         }
     }
 }
@@ -151,6 +172,10 @@ fn of_action(tracks: &Tracks, verb: &Verb, action: &Action, meanwhile: Meanwhile
     for show in verb.shows.iter().filter(|_| lifts.is_none()) {
         let (expected, got, passed) = acting::shows(tracks, *show, side);
         add(Fact::Shape, expected, got, passed);
+    }
+    // An arm that is held out is level.
+    if let Some(got) = acting::lifted(tracks, side).filter(|_| verb.angles && lifts.is_none()) {
+        add(Fact::Shape, format!("the arm up by {LEVEL:.0} degrees"), format!("{got:.0}"), got >= LEVEL);
     }
     if let Some((expected, got, passed)) =
         verb.touches.and_then(|touch| acting::touches(tracks, touch, side.or(verb.side)))
@@ -188,18 +213,19 @@ fn of_action(tracks: &Tracks, verb: &Verb, action: &Action, meanwhile: Meanwhile
             Tempo::Period | Tempo::Duration => nominal.tempo / tempo,
         });
         let (expected, passed) = match speed {
-            Speed::Slow => ("at most 0.87 times as fast", ratio.is_some_and(|r| r <= 0.87)),
-            Speed::Fast => ("at least 1.15 times as fast", ratio.is_some_and(|r| r >= 1.15)),
+            Speed::Slow => (format!("at most {LESS} times as fast"), ratio.is_some_and(|r| r <= LESS)),
+            Speed::Fast => (format!("at least {MORE} times as fast"), ratio.is_some_and(|r| r >= MORE)),
         };
-        add(Fact::Speed, expected.into(), ratio.map_or("no tempo".into(), |r| format!("{r:.2}")), passed);
+        add(Fact::Speed, expected, ratio.map_or("no tempo".into(), |r| format!("{r:.2}")), passed);
     }
     if let Some(size) = action.size {
         let ratio = measure::amplitude(tracks, verb, side).map(|a| a / nominal.amplitude);
+        let most = if verb.acts == Acts::Feet { LONGER } else { MORE };
         let (expected, passed) = match size {
-            Size::Small => ("at most 0.87 times as large", ratio.is_some_and(|r| r <= 0.87)),
-            Size::Big => ("at least 1.12 times as large", ratio.is_some_and(|r| r >= 1.12)),
+            Size::Small => (format!("at most {LESS} times as large"), ratio.is_some_and(|r| r <= LESS)),
+            Size::Big => (format!("at least {most} times as large"), ratio.is_some_and(|r| r >= most)),
         };
-        add(Fact::Size, expected.into(), ratio.map_or("no amplitude".into(), |r| format!("{r:.2}")), passed);
+        add(Fact::Size, expected, ratio.map_or("no amplitude".into(), |r| format!("{r:.2}")), passed);
     }
     if let Some(mood) = action.mood {
         let change = (measure::head_pitch(tracks) - nominal.head_pitch).to_degrees();

@@ -66,9 +66,9 @@ impl Direction {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Speed {
-    /// At most 0.87 of the robot's own normal pace.
+    /// At most 0.8 of the robot's own normal tempo.
     Slow,
-    /// At least 1.15 times the normal pace.
+    /// At least 1.25 times the normal tempo.
     Fast,
 }
 
@@ -76,9 +76,9 @@ pub enum Speed {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Size {
-    /// At most 0.87 of the normal amplitude.
+    /// At most 0.8 of the normal amplitude.
     Small,
-    /// At least 1.12 times the normal amplitude.
+    /// At least 1.25 times the normal amplitude; of steps 1.12, as legs end.
     Big,
 }
 

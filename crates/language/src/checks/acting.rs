@@ -14,6 +14,9 @@ const ACTING: f64 = 0.62;
 /// Shortest time on one leg that is a stand (s).
 const HELD: f64 = 1.0;
 
+/// Least share of an arm's way that it has gone when the body is lowest.
+const THERE: f64 = 0.7;
+
 /// Least angle of a look or a lean (degrees).
 const LOOK: f64 = 15.0;
 const LEAN: f64 = 8.0;
@@ -73,6 +76,7 @@ pub fn limb(tracks: &Tracks, verb: &Verb, side: Option<Side>, meanwhile: Meanwhi
             (format!("{word} farther by {least:.2} m"), format!("{:.2} m", own - other), own - other > least)
         }
         Acts::Hand => lopsided(share(&tracks.hands), side, ACTING),
+        Acts::Hands if matches!(side, Some(Side::Left | Side::Right)) => lopsided(share(&tracks.hands), side, ACTING),
         Acts::Foot => {
             let relative = [0, 1].map(|i| tracks.feet[i].clone());
             lopsided(share(&relative), side, ACTING)
@@ -104,6 +108,26 @@ pub fn limb(tracks: &Tracks, verb: &Verb, side: Option<Side>, meanwhile: Meanwhi
             )
         }
     }
+}
+
+/// Checks that arms which take a pose have taken it when the body is lowest; nothing of arms that repeat something.
+pub fn there(tracks: &Tracks, verb: &Verb, side: Option<Side>) -> Option<Outcome> {
+    if verb.cycle.is_some() || !matches!(verb.acts, Acts::Hand | Acts::Hands) {
+        return None;
+    }
+    let lowest = (0..tracks.root.len()).min_by(|a, b| tracks.root[*a].z.total_cmp(&tracks.root[*b].z))?;
+    let share = |hand: usize| {
+        let way: Vec<Vec3> = tracks.hands[hand].iter().zip(&tracks.shoulders[hand]).map(|(p, s)| p - s).collect();
+        let most = excursion(&way);
+        (most > 1e-6).then(|| (way[lowest] - way[0]).norm() / most)
+    };
+    let got = match side {
+        Some(Side::Left) => share(0)?,
+        Some(Side::Right) => share(1)?,
+        _ => share(0)?.min(share(1)?),
+    };
+    let expected = format!("the arms there when the body is lowest: {:.0} % of their way", 100.0 * THERE);
+    Some((expected, format!("{:.0} %", 100.0 * got), got >= THERE))
 }
 
 /// Returns the largest angle of an arm from hanging down (degrees); of both, of the one that is lifted less.

@@ -4,7 +4,7 @@ use lifelike_character::Vec3;
 
 use super::tracks::{SignalName, Tracks, range};
 use crate::facts::{Nominal, Side};
-use crate::grammar::{CountRule, Tempo, Verb};
+use crate::grammar::{Acts, CountRule, Tempo, Verb};
 
 /// Share of a signal's range by which it turns around at a peak.
 const TURN: f64 = 0.1;
@@ -178,6 +178,11 @@ pub fn tempo(tracks: &Tracks, verb: &Verb, side: Option<Side>) -> Option<f64> {
             let (first, last) = (peaks.first()?, peaks.last()?);
             (peaks.len() > 1).then(|| (last - first) as f64 / tracks.fps / (peaks.len() - 1) as f64)
         }
+        // Of what repeats, one repetition: how often is another question.
+        Tempo::Duration if verb.cycle.is_some() => match verb.count {
+            Some(_) => between_steps(tracks),
+            None => swinging(tracks, verb),
+        },
         Tempo::Duration => active(tracks),
         Tempo::Pace => {
             let way: Vec<f64> = tracks
@@ -194,6 +199,39 @@ pub fn tempo(tracks: &Tracks, verb: &Verb, side: Option<Side>) -> Option<f64> {
             (to > from && whole > 0.1 * tracks.leg).then(|| (way[to] - way[from]) * tracks.fps / (to - from) as f64)
         }
     }
+}
+
+/// Returns the mean time from step to step (s).
+fn between_steps(tracks: &Tracks) -> Option<f64> {
+    let mut begins: Vec<usize> = (0..2).flat_map(|foot| swings(tracks, foot)).map(|(from, _)| from).collect();
+    begins.sort_unstable();
+    let (first, last) = (begins.first()?, begins.last()?);
+    (begins.len() > 2).then(|| (last - first) as f64 / tracks.fps / (begins.len() - 1) as f64)
+}
+
+/// Returns the period (s) of the coordinate of the acting part that turns around most often by as much as the others: of
+/// hands, or of the pelvis.
+fn swinging(tracks: &Tracks, verb: &Verb) -> Option<f64> {
+    let paths: Vec<&[Vec3]> = match verb.acts {
+        Acts::Hand | Acts::Hands => tracks.hands.iter().map(Vec::as_slice).collect(),
+        Acts::Body => vec![&tracks.root],
+        Acts::Feet | Acts::Foot => tracks.feet.iter().map(Vec::as_slice).collect(),
+        Acts::Head => return None,
+    };
+    let mut best: Option<(f64, f64)> = None;
+    for path in paths {
+        for axis in 0..3 {
+            let values: Vec<f64> = path.iter().map(|p| p[axis]).collect();
+            let tops = peaks(&values, &vec![true; values.len()]);
+            let (Some(first), Some(last)) = (tops.first(), tops.last()) else { continue };
+            let Some((low, high)) = range(&values[*first..=*last]).filter(|_| tops.len() > 1) else { continue };
+            let period = (last - first) as f64 / tracks.fps / (tops.len() - 1) as f64;
+            if best.is_none_or(|(swing, _)| high - low > swing) {
+                best = Some((high - low, period));
+            }
+        }
+    }
+    best.map(|(_, period)| period)
 }
 
 /// Returns the time from the first to the last movement (s) of anything: hands, feet, head or root.
@@ -214,9 +252,20 @@ fn active(tracks: &Tracks) -> Option<f64> {
     (last > first).then(|| (last - first) as f64 / tracks.fps)
 }
 
+/// Returns how far the head turns, or how far the trunk leans and sinks (rad; a leg's length counts as one).
+fn inclined(tracks: &Tracks, verb: &Verb) -> f64 {
+    let far = |values: Vec<f64>| range(&values).map_or(0.0, |(low, high)| high - low);
+    if verb.acts == Acts::Head {
+        let turn = |which: usize| far(tracks.head.iter().map(|head| head[which]).collect());
+        return turn(0).hypot(turn(1));
+    }
+    let sunk = far(tracks.root.iter().map(|p| p.z).collect()) / tracks.leg;
+    far(tracks.pitch.clone()).hypot(far(tracks.lean.clone())).hypot(sunk)
+}
+
 /// Returns the range of the verb's signal; none where it has none.
 pub fn amplitude(tracks: &Tracks, verb: &Verb, side: Option<Side>) -> Option<f64> {
-    let signal = verb.amplitude()?;
+    let Some(signal) = verb.amplitude() else { return verb.is_inclined().then(|| inclined(tracks, verb)) };
     if matches!(signal, SignalName::Steps | SignalName::PairsOfSteps) {
         let apart = tracks.feet[0].iter().zip(&tracks.feet[1]).map(|(a, b)| ground(&(a - b)).norm());
         let apart: Vec<f64> = apart.collect();

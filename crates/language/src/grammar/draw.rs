@@ -113,12 +113,12 @@ fn part<R: Rng>(grammar: &Grammar, number: usize, relation: Relation, rng: &mut 
     match said {
         0..3 if verb.speeds && repeats && (single || verb.tempo != Tempo::Duration) => {
             let slow = rng.random_bool(0.5);
-            speed = if slow { rng.random_range(0.62..0.8) } else { rng.random_range(1.28..1.55) };
+            speed = if slow { rng.random_range(0.6..0.76) } else { rng.random_range(1.35..1.55) };
             action.speed = Some(if slow { Speed::Slow } else { Speed::Fast });
         }
         3..5 if verb.sizes => {
             let small = rng.random_bool(0.5);
-            gain = if small { rng.random_range(0.5..0.72) } else { rng.random_range(1.25..1.45) };
+            gain = if small { rng.random_range(0.5..0.72) } else { rng.random_range(1.32..1.48) };
             action.size = Some(if small { Size::Small } else { Size::Big });
         }
         5..7 if verb.moods && relation == Relation::Single => {

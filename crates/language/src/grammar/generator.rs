@@ -256,6 +256,9 @@ impl<'a> Generator<'a> {
             None if locomotion => {}
             None => score.larger(part.gain, verb.cycle.as_ref()),
         }
+        if verb.acts == Acts::Foot && part.action.size.is_some() {
+            score.higher_steps(part.gain);
+        }
         if let Some(cycle) = &verb.cycle {
             score.repeat(cycle, part.cycles);
         }
@@ -283,6 +286,10 @@ impl<'a> Generator<'a> {
         if let (Some(touching), Some(touch)) = (&self.touching, verb.touches) {
             let side = verb.side.unwrap_or(Side::Both);
             clip = touching.reached(&clip, (self.character, self.anatomy), (touch, side), &self.options)?;
+        }
+        if let Some(side @ (Side::Left | Side::Right)) = part.action.side.filter(|_| verb.is_of_each_hand()) {
+            let other = if side == Side::Left { "right_arm" } else { "left_arm" };
+            hang(&mut clip, &joints_of(self.character, self.anatomy, &[other.into()])?);
         }
         Ok(if part.mirrored { mirror(&clip, self.character)? } else { clip })
     }
@@ -318,6 +325,16 @@ impl<'a> Generator<'a> {
         let joints = joints_of(self.character, self.anatomy, &[arms.into()])?;
         let offset = rng.random_range(0.1..=spare);
         Ok(Some(compose(legs, &gesture, &Compose { joints, offset, length: Length::Return, fade: 0.35 })?))
+    }
+}
+
+/// Keeps joints as they are in the first frame.
+fn hang(clip: &mut MotionClip, joints: &[String]) {
+    let width = clip.joint_names.len();
+    let columns: Vec<usize> = (0..width).filter(|column| joints.contains(&clip.joint_names[*column])).collect();
+    let first = clip.joints_at(0).to_vec();
+    for frame in clip.joints.chunks_exact_mut(width.max(1)) {
+        columns.iter().for_each(|column| frame[*column] = first[*column]);
     }
 }
 

@@ -17,14 +17,28 @@ use crate::script::Clause;
 pub const FADE: f64 = 0.4;
 /// Tempos that a duration may ask for, beside the natural one.
 const TEMPO: [f64; 2] = [0.6, 1.6];
+/// Tempos in which a pose is taken.
+const RISES: [f64; 2] = [0.15, 1.6];
 /// Largest error of a duration, as a share.
 const DURATION: f64 = 0.1;
 /// The same in physics, which takes a moment to begin and to end.
 const SIMULATED_DURATION: f64 = 0.2;
 /// Lengths of a step that a distance may ask for, beside the natural one.
 const STRIDE: [f64; 2] = [0.5, 1.2];
+/// Times as fast from which a way in a time takes longer steps as well.
+const BRISK: f64 = 1.25;
+/// Least time between two gestures on legs that last (s).
+const PAUSE: f64 = 2.5;
 /// Draws of tempo and amplitude until one can be performed.
 const TRIES: u64 = 8;
+/// Factor by which tempo and size are exaggerated where what was said is not seen, and the most of it.
+const MORE_EMPHASIS: f64 = 1.2;
+/// Factor of the same where the robot's legs cannot do it.
+const LESS_EMPHASIS: f64 = 0.88;
+const MOST_EMPHASIS: f64 = 1.5;
+/// Shortest stillness of arms that is a pose to be kept (s), and the time they take to get there and back.
+const KEPT: f64 = 0.6;
+const ARMS_UP: f64 = 1.0;
 /// Fastest joint of a pose that is held (rad/s).
 const STILL: f64 = 1.0;
 /// Most cycles that a duration may ask for.
@@ -45,24 +59,40 @@ impl Generator<'_> {
     /// # Errors
     /// [`LanguageError::Grammar`] for a verb that this robot cannot do; as retargeting and editing.
     pub fn perform(&self, clause: &Clause, seed: u64, index: u64) -> Result<Performed, LanguageError> {
-        let once = |attempt: u64| {
+        let once = |attempt: u64, emphasis: f64| {
             let mut rng = stream(seed, "clause", index, attempt);
-            match clause.actions.as_slice() {
-                [action] => self.alone(action, clause.seconds, &mut rng),
-                [gesture, legs] => self.at_once(gesture, legs, clause.seconds, &mut rng),
+            let clip = match clause.actions.as_slice() {
+                [action] if clause.rise.is_some() => self.rising(action, clause.rise, emphasis, &mut rng),
+                [action] => self.alone(action, clause.seconds, emphasis, &mut rng),
+                [gesture, legs] => self.at_once(gesture, legs, clause.seconds, emphasis, &mut rng),
                 _ => Err(LanguageError::Grammar("expected one action or two, got others".into())),
-            }
+            }?;
+            let findings = self.findings(&clip, clause)?;
+            Ok(Performed { clip, findings })
         };
-        // A draw may ask for steps that are too long for the legs; another one does not.
-        let mut made = once(0);
+        let is_manner = |f: &&Finding| matches!(f.fact, Fact::Speed | Fact::Size) && !f.passed;
+        let unseen = |made: &Performed| made.findings.iter().filter(is_manner).count();
+        let mut best = once(0, 1.0);
+        let mut emphasis = 1.0;
         for attempt in 1..TRIES {
-            match made {
-                Err(LanguageError::Motion(_)) => made = once(attempt),
+            match &best {
+                // A draw may ask for steps that are too long for the legs; another one, or less of it, does not.
+                Err(LanguageError::Motion(_)) => {
+                    emphasis *= LESS_EMPHASIS;
+                    best = once(attempt, emphasis);
+                }
+                // What is said must be seen: more of it.
+                Ok(made) if unseen(made) > 0 && (1.0..MOST_EMPHASIS).contains(&emphasis) => {
+                    emphasis *= MORE_EMPHASIS;
+                    let next = once(attempt, emphasis);
+                    if next.as_ref().is_ok_and(|next| unseen(next) < unseen(made)) {
+                        best = next;
+                    }
+                }
                 _ => break,
             }
         }
-        let clip = made?;
-        let findings = self.findings(&clip, clause)?;
+        let Performed { clip, findings } = best?;
         let clip = match clause.times {
             0 | 1 => clip,
             n => {
@@ -99,6 +129,16 @@ impl Generator<'_> {
         clause: &Clause,
         share: f64,
     ) -> Result<Option<Finding>, LanguageError> {
+        if let (Some(wanted), Some(action)) = (clause.rise, clause.actions.first()) {
+            let got = rise_of(clip).unwrap_or(0.0);
+            return Ok(Some(Finding {
+                verb: action.verb.clone(),
+                fact: Fact::Seconds,
+                expected: format!("there after {wanted} s, within {:.0}%", 200.0 * share),
+                got: format!("{got:.1} s"),
+                passed: (got / wanted - 1.0).abs() <= 2.0 * share,
+            }));
+        }
         let (Some(wanted), Some(action)) = (clause.seconds, clause.actions.first()) else { return Ok(None) };
         let verb = self.grammar().verb(&action.verb)?;
         let alone = clause.actions.len() == 1 && clause.times <= 1;
@@ -106,7 +146,7 @@ impl Generator<'_> {
             None if alone && verb.shows.contains(&Show::FootHeld) => {
                 ("the foot up for ", measure::held_up(tracks, action.side))
             }
-            None if alone && is_pose(verb) => ("held for ", still_seconds(clip)),
+            None if alone && verb.is_pose() => ("held for ", still_seconds(clip)),
             Some(_) if alone && verb.acts != Acts::Feet => {
                 let count = verb.count.and_then(|rule| measure::count(tracks, &rule, action.side));
                 let period = measure::tempo(tracks, verb, action.side);
@@ -157,20 +197,28 @@ impl Generator<'_> {
     }
 
     /// Makes one action.
-    fn alone(&self, action: &Action, seconds: Option<f64>, rng: &mut impl Rng) -> Result<MotionClip, LanguageError> {
-        let mut part = self.part_of(action, rng)?;
+    fn alone(
+        &self,
+        action: &Action,
+        seconds: Option<f64>,
+        emphasis: f64,
+        rng: &mut impl Rng,
+    ) -> Result<MotionClip, LanguageError> {
+        let mut part = self.part_of(action, emphasis, rng)?;
         if let Some(metres) = action.metres {
-            return self.as_far(part, metres, rng);
+            return self.as_far(part, metres, seconds, rng);
         }
         let Some(wanted) = seconds else { return self.shortened(self.part(&part, Some(rng))?) };
         let verb = &self.grammar().verbs[part.verb];
         let natural =
             |part: &PartDraw| -> Result<f64, LanguageError> { Ok(self.shortened(self.part(part, None)?)?.seconds()) };
-        part.speed = 1.0;
+        // A tempo that was said stays.
+        let own = if action.speed.is_some() { part.speed } else { 1.0 };
+        part.speed = own;
         let natural_clip = self.shortened(self.part(&part, None)?)?;
         let length = natural_clip.seconds();
-        let even = is_even(verb);
-        if is_pose(verb) {
+        let even = verb.is_even();
+        if verb.is_pose() {
             let clip = self.shortened(self.part(&part, Some(rng))?)?;
             return Ok(held(&clip, wanted));
         }
@@ -191,15 +239,43 @@ impl Generator<'_> {
             part.cycles = cycles.clamp(f64::from(least), f64::from(MAX_CYCLES)) as u32;
             active = f64::from(part.cycles) * one + ramps;
         }
-        let range = if even { [0.3, 3.0] } else { TEMPO };
-        part.speed = (active / wanted).clamp(range[0], range[1]);
+        let range = match action.speed {
+            _ if even => [0.3, 3.0],
+            Some(_) => [0.95, 1.05],
+            None => TEMPO,
+        };
+        part.speed = own * (active / wanted).clamp(range[0], range[1]);
         let clip = self.shortened(self.part(&part, Some(rng))?)?;
         let is_longer = even && clip.seconds() > wanted + 0.1;
         Ok(if is_longer { trim(&clip, Some(0.0), Some(wanted))? } else { clip })
     }
 
-    /// Walks so far (m): as many cycles as it takes, with steps a little longer or shorter.
-    fn as_far(&self, part: PartDraw, metres: f64, rng: &mut impl Rng) -> Result<MotionClip, LanguageError> {
+    /// Goes to a pose and back in a tempo in which the way there takes so long (s).
+    fn rising(
+        &self,
+        action: &Action,
+        rise: Option<f64>,
+        emphasis: f64,
+        rng: &mut impl Rng,
+    ) -> Result<MotionClip, LanguageError> {
+        let mut part = self.part_of(action, emphasis, rng)?;
+        part.speed = 1.0;
+        let natural = rise_of(&self.part(&part, None)?);
+        if let Some((natural, wanted)) = natural.zip(rise) {
+            part.speed = (natural / wanted).clamp(RISES[0], RISES[1]);
+        }
+        self.shortened(self.part(&part, Some(rng))?)
+    }
+
+    /// Walks so far (m): as many cycles as it takes, with steps a little longer or shorter; in a time (s), where one is
+    /// said, by faster steps and longer ones.
+    fn as_far(
+        &self,
+        part: PartDraw,
+        metres: f64,
+        seconds: Option<f64>,
+        rng: &mut impl Rng,
+    ) -> Result<MotionClip, LanguageError> {
         let fewest = self.grammar().verbs[part.verb].cycles.map_or(1, |[fewest, _]| fewest.max(1));
         let way = |cycles: u32| -> Result<f64, LanguageError> {
             let clip = self.part(&PartDraw { cycles, gain: 1.0, ..part.clone() }, None)?;
@@ -207,10 +283,23 @@ impl Generator<'_> {
         };
         let first = way(fewest)?;
         let each = (way(fewest + 1)? - first).max(1e-3);
-        let more = ((metres - first) / each).round().clamp(0.0, f64::from(MAX_CYCLES));
-        let natural = first + more * each;
-        let gain = (metres / natural).clamp(STRIDE[0], STRIDE[1]);
-        self.shortened(self.part(&PartDraw { cycles: fewest + more as u32, gain, ..part }, Some(rng))?)
+        let in_steps = |gain: f64, part: PartDraw| {
+            let more = ((metres / gain - first) / each).round().clamp(0.0, f64::from(MAX_CYCLES));
+            let gain = (metres / (first + more * each)).clamp(STRIDE[0], STRIDE[1]);
+            PartDraw { cycles: fewest + more as u32, gain, ..part }
+        };
+        let mut part = in_steps(1.0, part);
+        if let Some(wanted) = seconds {
+            part.speed = 1.0;
+            let lasts = |part: &PartDraw| -> Result<f64, LanguageError> {
+                Ok(walked(&Tracks::of(&self.part(part, None)?, self.character(), self.anatomy())?))
+            };
+            if lasts(&part)? > BRISK * wanted {
+                part = in_steps(0.95 * STRIDE[1], part);
+            }
+            part.speed = (lasts(&part)? / wanted).clamp(TEMPO[0], TEMPO[1]);
+        }
+        self.shortened(self.part(&part, Some(rng))?)
     }
 
     /// Composes a gesture's arms on walking legs, both repeated until they last as long.
@@ -219,17 +308,18 @@ impl Generator<'_> {
         gesture: &Action,
         legs: &Action,
         seconds: Option<f64>,
+        emphasis: f64,
         rng: &mut impl Rng,
     ) -> Result<MotionClip, LanguageError> {
-        let arms_part = self.part_of(gesture, rng)?;
+        let arms_part = self.part_of(gesture, emphasis, rng)?;
         let verb = &self.grammar().verbs[arms_part.verb];
         let arms = self.part(&arms_part, Some(rng))?;
         let arms = trim(&arms, Some(0.3), Some(arms.seconds() - 0.2))?;
         let wanted = seconds.unwrap_or(arms.seconds() + 0.6).max(arms.seconds() + 0.6);
-        let below = self.part_of(legs, rng)?;
+        let below = self.part_of(legs, emphasis, rng)?;
         let long = self.shortened(self.part(&below, None)?)?.seconds() >= wanted;
         let legs_clip = if let Some(metres) = legs.metres {
-            self.as_far(below, metres, rng)?
+            self.as_far(below, metres, seconds, rng)?
         } else if long || legs.count.is_some() || legs.degrees.is_some() {
             let clip = self.shortened(self.part(&below, Some(rng))?)?;
             // Legs that are counted may be shorter than the gesture: they walk slower.
@@ -237,8 +327,9 @@ impl Generator<'_> {
             let slower = PartDraw { speed: below.speed * (clip.seconds() / wanted).max(TEMPO[0]), ..below.clone() };
             if short { self.shortened(self.part(&slower, Some(rng))?)? } else { clip }
         } else {
-            self.alone(legs, Some(wanted), rng)?
+            self.alone(legs, Some(wanted), emphasis, rng)?
         };
+        let (arms, legs_clip) = self.kept(verb, arms, &legs.verb, legs_clip, seconds)?;
         let names = match (verb.acts, gesture.side) {
             (Acts::Head, _) => "head",
             (_, Some(Side::Left)) => "left_arm",
@@ -247,12 +338,53 @@ impl Generator<'_> {
         };
         let joints = joints_of(self.character(), self.anatomy(), &[names.into()])?;
         let spare = (legs_clip.seconds() - arms.seconds()).max(0.0);
-        let options = Compose { joints, offset: 0.5 * spare, length: Length::Return, fade: 0.35 };
-        Ok(compose(&legs_clip, &arms, &options)?)
+        // On legs that last the gesture is done now and then, where nobody says how often.
+        let again =
+            if gesture.count.is_some() || gesture.speed.is_some() { 0.0 } else { spare / (arms.seconds() + PAUSE) };
+        let times = again.floor() as usize + 1;
+        let mut clip = legs_clip;
+        for time in 0..times {
+            let middle = clip.seconds() * (time as f64 + 0.5) / times as f64;
+            let offset = middle - 0.5 * arms.seconds();
+            let options =
+                Compose { joints: joints.clone(), offset: offset.max(0.0), length: Length::Return, fade: 0.35 };
+            clip = compose(&clip, &arms, &options)?;
+        }
+        Ok(clip)
     }
 
-    /// Returns an action as it is to be made.
-    fn part_of(&self, action: &Action, rng: &mut impl Rng) -> Result<PartDraw, LanguageError> {
+    /// Keeps a pose of arms until the legs below are done. They are there before a body on the spot goes down.
+    fn kept(
+        &self,
+        gesture: &Verb,
+        arms: MotionClip,
+        legs: &str,
+        clip: MotionClip,
+        seconds: Option<f64>,
+    ) -> Result<(MotionClip, MotionClip), LanguageError> {
+        let of_arms = matches!(gesture.acts, Acts::Hand | Acts::Hands);
+        if !of_arms || !gesture.is_pose() || still_seconds(&arms) < KEPT {
+            return Ok((arms, clip));
+        }
+        let below = self.grammar().verb(legs)?;
+        let on_the_spot = matches!(below.acts, Acts::Body | Acts::Foot) && seconds.is_none();
+        let clip = match on_the_spot {
+            true => {
+                let frames = (ARMS_UP * clip.fps).round() as usize;
+                repeated(&repeated(&clip, clip.len() - 1, frames), 0, frames)
+            }
+            false => clip,
+        };
+        let spare = (clip.seconds() - 0.1 - arms.seconds()).max(0.0);
+        let arms = match stillest(&arms) {
+            Some(at) => repeated(&arms, at, (spare * arms.fps) as usize),
+            None => arms,
+        };
+        Ok((arms, clip))
+    }
+
+    /// Returns an action as it is to be made. `emphasis`: the factor by which what was said is exaggerated.
+    fn part_of(&self, action: &Action, emphasis: f64, rng: &mut impl Rng) -> Result<PartDraw, LanguageError> {
         let missing =
             || LanguageError::Grammar(format!("expected a verb that this robot can do, got '{}'", action.verb));
         let number = self.number(&action.verb).ok_or_else(missing)?;
@@ -274,13 +406,13 @@ impl Generator<'_> {
         };
         let manner = action.mood.map_or(Manner { speed: 1.0, size: 1.0, chest: 0.0, head: 0.0 }, Mood::manner);
         let speed = match action.speed {
-            Some(Speed::Slow) => rng.random_range(0.65..0.78),
-            Some(Speed::Fast) => rng.random_range(1.3..1.5),
+            Some(Speed::Slow) => rng.random_range(0.62..0.74) / emphasis,
+            Some(Speed::Fast) => rng.random_range(1.35..1.5) * emphasis,
             None => manner.speed * rng.random_range(0.9..1.1),
         };
         let gain = match action.size {
-            Some(Size::Small) => rng.random_range(0.55..0.7),
-            Some(Size::Big) => rng.random_range(1.28..1.42),
+            Some(Size::Small) => rng.random_range(0.5..0.65) / emphasis,
+            Some(Size::Big) => rng.random_range(1.32..1.45) * emphasis,
             None => manner.size * rng.random_range(0.9..1.1),
         };
         Ok(PartDraw { verb: number, mirrored, cycles, degrees, speed, gain, action: action.clone() })
@@ -293,14 +425,15 @@ impl Generator<'_> {
     }
 }
 
-/// Returns whether a verb only stands or sways, which is the same all the time.
-fn is_even(verb: &Verb) -> bool {
-    verb.acts == Acts::Body && verb.shows.is_empty()
-}
-
-/// Returns whether a verb has a pose that can be held.
-fn is_pose(verb: &Verb) -> bool {
-    verb.cycle.is_none() && verb.acts != Acts::Feet && !is_even(verb)
+/// Returns the time from where a clip leaves its first pose to where it is nearly as far from it as it goes (s).
+fn rise_of(clip: &MotionClip) -> Option<f64> {
+    let gone = |t: usize| {
+        let pairs = clip.joints_at(t).iter().zip(clip.joints_at(0));
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    let most = (0..clip.len()).map(gone).fold(0.0, f64::max);
+    let at = |share: f64| (0..clip.len()).find(|t| gone(*t) > share * most);
+    at(0.95).zip(at(0.05)).map(|(there, left)| (there - left) as f64 / clip.fps)
 }
 
 /// Returns the time from the first step to the last one (s).
@@ -328,24 +461,35 @@ fn still_seconds(clip: &MotionClip) -> f64 {
     longest as f64 / clip.fps
 }
 
+/// Returns the greatest change of a joint from a frame to the next (rad).
+fn change(clip: &MotionClip, t: usize) -> f64 {
+    let pairs = clip.joints_at(t).iter().zip(clip.joints_at(t + 1));
+    pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// Returns the stillest frame of the middle third.
+fn stillest(clip: &MotionClip) -> Option<usize> {
+    let n = clip.len();
+    let middle = (n / 3)..(2 * n / 3).min(n.saturating_sub(1));
+    middle.min_by(|a, b| change(clip, *a).total_cmp(&change(clip, *b)))
+}
+
 /// Holds the pose at the middle of a clip, so that it lasts as long as asked for (s).
 fn held(clip: &MotionClip, seconds: f64) -> MotionClip {
-    // The stillest frame of the middle third.
-    let n = clip.len();
-    let speed = |t: usize| {
-        let pairs = clip.joints_at(t).iter().zip(clip.joints_at(t + 1));
-        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-    };
-    let middle = (n / 3)..(2 * n / 3).min(n.saturating_sub(1));
-    let Some(at) = middle.min_by(|a, b| speed(*a).total_cmp(&speed(*b))) else { return clip.clone() };
+    let Some(at) = stillest(clip) else { return clip.clone() };
     // Frames around it that hold the pose already.
-    let still = |t: &usize| speed(*t) * clip.fps < STILL;
+    let still = |t: &usize| change(clip, *t) * clip.fps < STILL;
     let before = (0..at).rev().take_while(still).count();
-    let after = (at..n.saturating_sub(1)).take_while(still).count();
+    let after = (at..clip.len().saturating_sub(1)).take_while(still).count();
     let extra = ((seconds * clip.fps).round() as usize).saturating_sub(before + after);
+    repeated(clip, at, extra)
+}
+
+/// Returns a clip that stays at a frame for some frames more.
+fn repeated(clip: &MotionClip, at: usize, extra: usize) -> MotionClip {
     let joints = clip.joint_names.len();
-    let repeated = |t: usize| if t == at { extra + 1 } else { 1 };
-    let frames: Vec<usize> = (0..n).flat_map(|t| std::iter::repeat_n(t, repeated(t))).collect();
+    let times = |t: usize| if t == at { extra + 1 } else { 1 };
+    let frames: Vec<usize> = (0..clip.len()).flat_map(|t| std::iter::repeat_n(t, times(t))).collect();
     let mut out = clip.clone();
     out.root_position = frames.iter().map(|t| clip.root_position[*t]).collect();
     out.root_orientation = frames.iter().map(|t| clip.root_orientation[*t]).collect();
@@ -465,7 +609,7 @@ mod tests {
         let generator = Generator::of_verbs(&grammar, &lima, &anatomy, RetargetOptions::default(), &names).unwrap();
         for verb in touching {
             let action = Action { side: verb.side, ..Action::of(&verb.name) };
-            let clause = Clause { actions: vec![action], seconds: None, times: 1 };
+            let clause = Clause { actions: vec![action], seconds: None, rise: None, times: 1 };
             let made = generator.perform(&clause, 1, 0).unwrap();
             let touch = made.findings.iter().find(|finding| finding.fact == Fact::Touch).unwrap();
             assert_eq!(touch.passed, !OUT_OF_REACH.contains(&verb.name.as_str()), "{}: {}", verb.name, touch.got);

@@ -278,6 +278,15 @@ impl Score {
         }
     }
 
+    /// Lifts a foot that acts on the spot farther: the height and the way of its steps.
+    pub fn higher_steps(&mut self, gain: f64) {
+        for step in &mut self.steps {
+            step.height *= gain;
+            step.to = step.to.map(|v| v * gain);
+            step.via.iter_mut().for_each(|via| (via.height, via.to) = (via.height * gain, via.to.map(|v| v * gain)));
+        }
+    }
+
     /// Scales all deviations from standing of one part of the body.
     pub fn scale_part(&mut self, part: &str, gain: f64) {
         for ((_, axis), keys) in self.keys.iter_mut().filter(|((of, _), _)| of == part) {

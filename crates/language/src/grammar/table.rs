@@ -188,6 +188,44 @@ impl Verb {
             || matches!(self.direction, Some(Direction::Left | Direction::Right))
     }
 
+    /// Returns whether its tempo can be said: that of a flight is gravity's, and standing has none.
+    pub fn takes_speed(&self) -> bool {
+        let is_flight = self.shows.contains(&Show::Flight) && self.tempo == Tempo::Period;
+        self.speeds || self.cycle.is_some() && !is_flight
+    }
+
+    /// Returns whether its size can be said: of what repeats and can be measured, of steps, and of how far trunk and head
+    /// go. Hands that go to a place have none.
+    pub fn takes_size(&self) -> bool {
+        let repeats = self.cycle.is_some() && self.count.is_some_and(|rule| rule.signal != SignalName::Flights);
+        self.sizes || repeats && self.direction != Some(Direction::InPlace) || self.is_inclined()
+    }
+
+    /// Returns whether it only stands or sways, which is the same all the time.
+    pub(super) fn is_even(&self) -> bool {
+        self.acts == Acts::Body && self.shows.is_empty()
+    }
+
+    /// Returns whether it has a pose that can be held.
+    pub fn is_pose(&self) -> bool {
+        self.cycle.is_none() && self.acts != Acts::Feet && !self.is_even()
+    }
+
+    /// Returns whether trunk or head go somewhere and come back.
+    pub fn is_inclined(&self) -> bool {
+        // A bend of less than it is none.
+        let goes = (!self.shows.is_empty() || self.direction.is_some()) && !self.shows.contains(&Show::Bent);
+        self.cycle.is_none() && (self.acts == Acts::Head || self.acts == Acts::Body && goes && self.speeds)
+    }
+
+    /// Returns whether one of its two hands can do it alone.
+    pub fn is_of_each_hand(&self) -> bool {
+        use SignalName as S;
+        let own = [S::HandUp, S::HandIn, S::HandForward, S::HandBack, S::HandSide, S::HandSideLow];
+        let counts = self.count.is_some_and(|rule| own.contains(&rule.signal));
+        self.acts == Acts::Hands && counts && self.touches.is_none() && !self.shows.contains(&Show::Low)
+    }
+
     /// Returns the signal of the amplitude.
     pub fn amplitude(&self) -> Option<SignalName> {
         self.count.map(|count| count.signal).or(self.signal)

@@ -2,7 +2,7 @@
 
 use super::Clause;
 use super::said::Said;
-use crate::facts::{Action, Direction};
+use crate::facts::{Action, Direction, Side};
 use crate::grammar::{Acts, Show, Synth, Verb};
 use crate::touch::Touch;
 
@@ -49,6 +49,10 @@ pub(super) fn is_above((upper, above): (&Verb, &Action), (lower, below): (&Verb,
         (Acts::Head, _) => true,
         (Acts::Hand | Acts::Hands, Acts::Feet | Acts::Foot | Acts::Body) => stands(upper),
         (Acts::Hand, Acts::Hand) => stands(upper) && above.side != below.side,
+        // "One arm circles, the other hand on the hip".
+        (Acts::Hand, Acts::Hands) if matches!(below.side, Some(Side::Left | Side::Right)) => {
+            stands(upper) && above.side != below.side
+        }
         // One hand leaves a pose of both: "one hand on the hip, the other waves".
         (Acts::Hand, Acts::Hands) => stands(upper) && lower.cycle.is_none(),
         _ => false,

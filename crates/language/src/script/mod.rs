@@ -17,6 +17,7 @@ mod reading;
 mod said;
 mod spelling;
 mod split;
+mod turns;
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -67,6 +68,9 @@ pub struct Clause {
     /// Duration that was asked for (s).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seconds: Option<f64>,
+    /// Duration of the way to a pose, where one was asked for (s).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rise: Option<f64>,
     /// Times that an action without repetitions of its own is done.
     #[serde(default = "once", skip_serializing_if = "is_once")]
     pub times: u32,
@@ -162,7 +166,7 @@ impl Script {
     pub fn with_nearest(mut self) -> Self {
         for one in self.impossible.iter().rev() {
             let Some(verb) = &one.nearest else { continue };
-            let clause = Clause { actions: vec![Action::of(verb)], seconds: None, times: 1 };
+            let clause = Clause { actions: vec![Action::of(verb)], seconds: None, rise: None, times: 1 };
             self.clauses.insert(one.at.min(self.clauses.len()), clause);
             self.notes.push(format!("'{}' is done as '{}': {}", one.said, name(verb), one.because));
         }
@@ -195,6 +199,9 @@ impl fmt::Display for Clause {
         }
         if let Some(seconds) = self.seconds {
             write!(f, ", {seconds} s")?;
+        }
+        if let Some(rise) = self.rise {
+            write!(f, ", {rise} s to get there")?;
         }
         Ok(())
     }

@@ -9,6 +9,7 @@ use super::phrases::{Fit, Meaning, Phrases};
 use super::said::{Said, said};
 use super::spelling::spelt;
 use super::split::{Join, normal, pieces};
+use super::turns::paced;
 use super::{Clause, Impossible, Script};
 use crate::checks::SignalName;
 use crate::error::LanguageError;
@@ -26,13 +27,19 @@ pub(super) const MOST_WITHIN: usize = 2;
 /// Most times that a compound or an action without repetitions is done.
 const MOST_TIMES: u32 = 12;
 
+/// A short way of what has no steps that are counted (m).
+const SHORT: f64 = 0.3;
+/// Duration of what is done "for a while" (s).
+const WHILE: f64 = 8.0;
+
 /// Words that say nothing beside a number or a limb.
-const LIMBS_AND_UNITS: [&str; 10] = ["hand", "foot", "knee", "step", "pace", "turn", "times", "circle", "one", "other"];
+pub(super) const LIMBS_AND_UNITS: [&str; 10] =
+    ["hand", "foot", "knee", "step", "pace", "turn", "times", "circle", "one", "other"];
 
 /// Reads sentences by the phrases of a grammar.
 #[derive(Debug)]
 pub struct Reader<'a> {
-    grammar: &'a Grammar,
+    pub(super) grammar: &'a Grammar,
     pub(super) phrases: Phrases,
     pub(super) learned: Learned,
 }
@@ -75,17 +82,13 @@ impl<'a> Reader<'a> {
             Meaning::Verb(verb) => {
                 let verb = &self.grammar.verbs[verb];
                 let (verb, said) = self.facing(verb, &piece.words, said, &mut script.notes);
-                let said = of_supporting_leg(verb, &piece.words, said);
+                let verb = self.on_the_way_back(verb, &piece.words, script);
+                let said = paced(of_supporting_leg(verb, &piece.words, said), &mut script.notes);
                 let last = script.clauses.iter().rev().find(|one| one.actions[0].verb != "stand");
                 let said = back_again(verb, &piece.words, said, last);
-                let single = matches!(verb.side, Some(Side::Left | Side::Right));
+                let single = matches!(verb.side, Some(Side::Left | Side::Right)) || verb.is_of_each_hand();
                 if single && said.side == Some(Side::Both) && said.in_turn {
-                    // "Left and right": one after the other.
-                    for side in [Side::Left, Side::Right] {
-                        let one = Said { side: Some(side), ..said.clone() };
-                        let (action, times) = self.action(verb, &one, &mut script.notes);
-                        self.add(script, Join::Then, action, said.seconds, times, [false; 2]);
-                    }
+                    self.in_turn(script, verb, &said);
                     return;
                 }
                 let (action, times) = self.action(verb, &said, &mut script.notes);
@@ -101,13 +104,28 @@ impl<'a> Reader<'a> {
                 if let Some(last) = script.clauses.last_mut().filter(|_| only_counts) {
                     let plain = Action { count: None, ..action.clone() };
                     if last.actions == [plain] {
-                        last.actions = vec![action];
+                        (last.actions, last.seconds) = (vec![action], said.seconds);
                         return;
                     }
                 }
                 let free = [before.is_free, said.side.is_none()];
                 before.is_free = free[1];
-                self.add(script, piece.join, action, said.seconds, times, free);
+                let mut action = action;
+                let gone = script.clauses.last().and_then(|clause| clause.actions.last()).filter(|_| said.same);
+                if let Some(gone) = gone.filter(|_| verb.acts == Acts::Feet) {
+                    action.count = action.count.or(gone.count.filter(|_| gone.verb == action.verb));
+                    action.metres = action.metres.or(gone.metres);
+                }
+                // "For a while": of what can be longer.
+                let is_open =
+                    action.count.is_none() && action.metres.is_none() && action.degrees.is_none() && times == 1;
+                let seconds = said.seconds.or((said.many && is_open).then_some(WHILE));
+                // "Take four seconds to raise an arm": of a pose the way there.
+                let rise = said.seconds.filter(|_| said.is_way && verb.is_pose());
+                self.add(script, piece.join, action, seconds.filter(|_| rise.is_none()), times, free);
+                if let Some(last) = script.clauses.last_mut().filter(|_| rise.is_some()) {
+                    last.rise = rise;
+                }
             }
             Meaning::Compound(number) if depth > 0 => {
                 let mut whole = self.read_within(&self.phrases.compounds[number], depth - 1);
@@ -226,7 +244,10 @@ impl<'a> Reader<'a> {
                 continue;
             }
             // "Sidestep left, 3 small steps": more words about the same.
-            let adds = matches!(join, Join::Comma | Join::With);
+            // "Raise an arm, two steps right": steps are no more words about an arm.
+            let walks_on = fit.as_ref().is_some_and(|fit| self.is_of_feet(fit) && fit.has_verb)
+                && out.last().and_then(|last| last.fit.as_ref()).is_some_and(|fit| !self.is_of_feet(fit));
+            let adds = matches!(join, Join::Comma | Join::With) && !walks_on;
             if let Some(last) = out.last_mut().filter(|last| adds && last.fit.is_some()) {
                 let more = said(&words);
                 let tells =
@@ -242,6 +263,11 @@ impl<'a> Reader<'a> {
                     last.words.extend(words);
                     continue;
                 }
+            }
+            // "The right arm four times and the left one twice": each its own count.
+            if out.last().is_some_and(|last| fit.is_none() && self.counts_apart(last, &words)) {
+                out.push(Piece { join: Join::Then, words, fit: None });
+                continue;
             }
             if let Some(last) = out.last_mut().filter(|_| matches!(join, Join::And | Join::With)) {
                 let merged: Vec<String> = last.words.iter().chain(&words).cloned().collect();
@@ -262,7 +288,9 @@ impl<'a> Reader<'a> {
                     && self.is_of_arms(fit)
                     && out.last().is_some_and(|last| last.fit.is_some())
             };
-            let postured = join == Join::Comma && fit.as_ref().is_some_and(|fit| is_posture(&words, fit));
+            // In a row of actions a posture is one more: "lift a knee, put it down, hands up".
+            let postured =
+                join == Join::Comma && out.len() == 1 && fit.as_ref().is_some_and(|fit| is_posture(&words, fit));
             let stands = match (&fit, join) {
                 // "with" begins what is done at once only where it is a whole phrase: "with arms crossed".
                 (Some(fit), Join::With) => {
@@ -315,6 +343,11 @@ impl<'a> Reader<'a> {
         self.phrases.best(words, side, said.direction.is_some())
     }
 
+    /// Returns whether a fit means locomotion.
+    fn is_of_feet(&self, fit: &Fit) -> bool {
+        matches!(fit.meaning, Meaning::Verb(verb) if self.grammar.verbs[verb].acts == Acts::Feet)
+    }
+
     /// Returns whether a new fit explains the verbs that the old one did.
     fn keeps_verb(&self, old: &Fit, new: &Fit) -> bool {
         old.meaning == new.meaning
@@ -358,7 +391,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Returns the action of a verb with what is said of it, and the times that it is done as a whole.
-    fn action(&self, verb: &Verb, said: &Said, notes: &mut Vec<String>) -> (Action, u32) {
+    pub(super) fn action(&self, verb: &Verb, said: &Said, notes: &mut Vec<String>) -> (Action, u32) {
         let verb = self.counted_by_one(verb, said);
         let mut action = Action { side: verb.side, direction: verb.direction, ..Action::of(&verb.name) };
         if matches!(verb.side, Some(Side::Left | Side::Right)) {
@@ -368,7 +401,11 @@ impl<'a> Reader<'a> {
                 None => {}
             }
         }
-        if verb.side == Some(Side::Both) && said.names_one_hand() {
+        if verb.side == Some(Side::Both) && said.names_one_hand() && verb.is_of_each_hand() {
+            action.side = said.sides[0];
+        } else if said.one_hand && said.side.is_none() && verb.is_of_each_hand() {
+            action.side = Some(Side::Right);
+        } else if verb.side == Some(Side::Both) && said.names_one_hand() {
             notes.push(format!("'{}' is done with both hands", name(verb)));
         }
         if matches!(verb.direction, Some(Direction::Left | Direction::Right)) {
@@ -388,7 +425,7 @@ impl<'a> Reader<'a> {
             Some(Synth::Turn) => {
                 // "Turn 45": that many times is an angle. A small turn is half of one.
                 let many = said.count.filter(|n| *n >= LEAST_ANGLE);
-                let usual = if said.size == Some(Size::Small) { 45 } else { 90 };
+                let usual = if said.size == Some(Size::Small) || said.few { 45 } else { 90 };
                 // More than once around is done in parts.
                 let whole = said.degrees.or(many).unwrap_or(usual);
                 rounds = whole.div_ceil(360).max(1);
@@ -424,11 +461,25 @@ impl<'a> Reader<'a> {
             (Some(n), None, _) => times = (rounds * n).clamp(1, MOST_TIMES),
             (None, ..) => {}
         }
+        // "Back up a bit": half as many steps; "nod a bit": small.
+        let is_short = said.few && travels && action.metres.is_none() && action.count.is_none();
+        match verb.count.filter(|_| is_short) {
+            Some(rule) => {
+                let usual = verb.cycles.map_or(2, |[fewest, most]| (fewest + 1).min(most));
+                action.count = Some(rule.per_cycle * usual.div_ceil(2) + rule.extra);
+            }
+            None if is_short => action.metres = Some(SHORT),
+            None => {}
+        }
+        let size = said.size.or((said.few && !travels).then_some(Size::Small));
+        // Some verbs say it themselves.
+        let size = size.filter(|size| {
+            !matches!((verb.name.as_str(), size), ("big_steps", Size::Big) | ("small_steps", Size::Small))
+        });
         (action.speed, action.size, action.mood) =
-            (said.speed.filter(|_| verb.speeds), said.size.filter(|_| verb.sizes), said.mood);
-        let sizes = verb.sizes || verb.synth == Some(Synth::Turn);
-        let sizes = sizes || verb.angles;
-        let lost = [(said.speed.is_some() && !verb.speeds, "speed"), (said.size.is_some() && !sizes, "size")];
+            (said.speed.filter(|_| verb.takes_speed()), size.filter(|_| verb.takes_size()), said.mood);
+        let sizes = verb.takes_size() || verb.synth == Some(Synth::Turn) || verb.angles;
+        let lost = [(said.speed.is_some() && !verb.takes_speed(), "speed"), (size.is_some() && !sizes, "size")];
         for (_, what) in lost.iter().filter(|(lost, _)| *lost) {
             notes.push(format!("'{}' has no {what} of its own", name(verb)));
         }
@@ -467,7 +518,15 @@ impl<'a> Reader<'a> {
 
     /// Appends an action: to the last clause where it is done at once with it. `free`: nobody said the side of the last
     /// action, and of this one.
-    fn add(&self, script: &mut Script, join: Join, action: Action, seconds: Option<f64>, times: u32, free: [bool; 2]) {
+    pub(super) fn add(
+        &self,
+        script: &mut Script,
+        join: Join,
+        action: Action,
+        seconds: Option<f64>,
+        times: u32,
+        free: [bool; 2],
+    ) {
         let with_last = match join {
             Join::While => true,
             // "Walks and waves" is at once; "takes two steps and waves" is not.
@@ -487,6 +546,16 @@ impl<'a> Reader<'a> {
                 last.actions = pair;
                 last.seconds = last.seconds.or(seconds);
             }
+            (Some(None), Some(last)) if times == 1 && self.turns_between(last, &action, seconds) => {
+                // "A U-turn while walking" is between two ways.
+                let gait = if self.is_turn(&action) { last.actions[0].clone() } else { action.clone() };
+                let turn = if self.is_turn(&action) { action } else { last.actions[0].clone() };
+                script.notes.push(format!("'{}' is done between two ways", turn.verb.replace('_', " ")));
+                *last = Clause { actions: vec![gait.clone()], ..last.clone() };
+                for action in [turn, gait] {
+                    script.clauses.push(Clause { actions: vec![action], seconds: None, rise: None, times: 1 });
+                }
+            }
             (Some(None), Some(last)) => {
                 let text = |action: &Action| action.verb.replace('_', " ");
                 let before: Vec<String> = last.actions.iter().map(text).collect();
@@ -495,9 +564,9 @@ impl<'a> Reader<'a> {
                     text(&action),
                     before.join(" and ")
                 ));
-                script.clauses.push(Clause { actions: vec![action], seconds, times });
+                script.clauses.push(Clause { actions: vec![action], seconds, rise: None, times });
             }
-            _ => script.clauses.push(Clause { actions: vec![action], seconds, times }),
+            _ => script.clauses.push(Clause { actions: vec![action], seconds, rise: None, times }),
         }
     }
 
@@ -516,7 +585,8 @@ impl<'a> Reader<'a> {
         let verbs = [one, action].map(|a| self.grammar.verb(&a.verb).ok());
         let [Some(a), Some(b)] = verbs else { return None };
         let (mut one, mut action) = (one.clone(), action.clone());
-        if (a.acts, b.acts) == (Acts::Hand, Acts::Hand) && one.side == action.side {
+        let of_hands = |verb: &Verb| matches!(verb.acts, Acts::Hand | Acts::Hands);
+        if of_hands(a) && of_hands(b) && one.side == action.side {
             match free {
                 [_, true] => action.side = action.side.map(Side::mirrored),
                 [true, false] => one.side = one.side.map(Side::mirrored),
@@ -604,8 +674,10 @@ impl<'a> Reader<'a> {
 fn turns_over(piece: &Piece, words: &[String]) -> bool {
     let [one, other] = [said(&piece.words), said(words)];
     let differ = |pair: [Option<u32>; 2]| matches!(pair, [Some(a), Some(b)] if a != b);
+    // "Twice with the right, then three times": another count is done after it.
+    let counts = one.count.is_some() && other.count.is_some() && one.side.is_some();
     let ways = matches!([one.direction, other.direction], [Some(a), Some(b)] if a != b);
-    ways || differ([one.degrees, other.degrees])
+    ways || counts || differ([one.degrees, other.degrees])
 }
 
 /// Returns whether an action is the last one of a script over again.
@@ -613,7 +685,7 @@ fn is_more_about(script: &Script, action: &Action) -> bool {
     script.clauses.last().is_some_and(|last| last.actions == [action.clone()] && action.degrees.is_none())
 }
 
-fn name(verb: &Verb) -> String {
+pub(super) fn name(verb: &Verb) -> String {
     verb.name.replace('_', " ")
 }
 

@@ -17,6 +17,10 @@ const OPEN: f64 = 0.1;
 const CLOSED: f64 = 0.45;
 /// Certainty below which a reading by the network is said to be a guess.
 const SURE: f64 = 0.5;
+/// Certainty below which a reading by the network does not take an action of the rules away: where they leave words over,
+/// and where they do not.
+const GUESS: f64 = 0.4;
+const CERTAIN: f64 = 0.6;
 /// Probability from which an action is named for words that were not understood.
 const NAMED: f64 = 0.1;
 
@@ -59,11 +63,15 @@ impl Reader<'_> {
                 // A movement that no verb is, by the network, may have parameters that rules read.
                 let knows_less = !network.unknown.is_empty() && !is_open(&rules);
                 let is_same = verbs(&rules) == verbs(&network);
+                // A guess that leaves out an action of the rules.
+                let knows_most = rules.unknown.len() <= 1 && network.impossible.is_empty();
+                let guess = if is_open(&rules) { GUESS } else { CERTAIN };
+                let loses = certainty < guess && knows_most && is_part(&verbs(&network), &verbs(&rules));
                 if is_same && certainty > SURE {
                     // Words of a story around ask for nothing.
                     rules.unknown.retain(|text| text.split(' ').any(|word| asking.contains(word)));
                 }
-                if is_same || knows_less || certainty < least { rules } else { network }
+                if is_same || loses || knows_less || certainty < least { rules } else { network }
             }
         }
     }
@@ -130,6 +138,13 @@ impl Reader<'_> {
 /// Returns whether rules left something of a sentence over, or guessed.
 fn is_open(script: &Script) -> bool {
     script.clauses.is_empty() || !script.unknown.is_empty()
+}
+
+/// Returns whether sorted verbs are some of others, and not all. Standing is said of every end.
+fn is_part(some: &[&str], all: &[&str]) -> bool {
+    let moves = |verbs: &[&str]| verbs.iter().filter(|verb| **verb != "stand").count();
+    let mut rest = all.iter();
+    !some.is_empty() && moves(some) < moves(all) && some.iter().all(|verb| rest.any(|other| other == verb))
 }
 
 /// Returns the verbs of a script, sorted.

@@ -19,11 +19,29 @@ pub(super) struct Said {
     pub level: Option<u32>,
     pub seconds: Option<f64>,
     pub metres: Option<f64>,
+    /// Pace over the ground (m/s).
+    pub pace: Option<f64>,
+    /// True for "a bit": of what travels a short way, of the rest a small size.
+    pub few: bool,
+    /// True where the seconds are those of a way: "within two seconds", "take two seconds to".
+    pub is_way: bool,
+    /// True for "one arm" and its kin.
+    pub one_hand: bool,
+    /// True for "the same amount" as before.
+    pub same: bool,
+    /// True for "for a while" and "again and again".
+    pub many: bool,
+    /// True for "in turn": one repetition of each side after the other, not all of one side first.
+    pub alternates: bool,
     pub speed: Option<Speed>,
     pub size: Option<Size>,
     pub mood: Option<Mood>,
     /// Side of a hand or an arm, of a foot or a leg, and of another part of the body.
     pub sides: [Option<Side>; 3],
+    /// Side of the first of those that alternate.
+    pub first: Option<Side>,
+    /// True for a count of each side: "eight times each".
+    pub of_each: bool,
     /// True if left and right are named apart, not as "both".
     pub in_turn: bool,
     /// True for hands or arms in the plural without a side.
@@ -91,11 +109,26 @@ pub(super) fn said(words: &[String]) -> Said {
         || has(["turn", "round"])
         || has(["turn", "around"])
         || has(["turns", "around"])
+        || has(["turns", "round"])
+        || has(["turning", "round"])
         || has(["turning", "around"])
     {
         out.degrees.get_or_insert(180);
     }
     let has_word = |all: &[&str]| words.iter().any(|word| all.contains(&word.as_str()));
+    extent(&mut out, words);
+    out.is_way =
+        words.windows(4).any(|four| {
+            let takes = four[3] == "to" && four[2] == "seconds";
+            takes || ["within", "over"].contains(&four[0].as_str()) && four[2] == "seconds"
+        }) || words.windows(3).any(|three| ["within", "over"].contains(&three[0].as_str()) && three[2] == "seconds");
+    out.one_hand = [["one", "arm"], ["one", "hand"], ["an", "arm"], ["a", "hand"]].into_iter().any(has);
+    if out.is_way {
+        out.used.push("within".into());
+    }
+    if has(["turns", "round"]) || has(["turning", "round"]) || has(["turn", "round"]) {
+        out.used.push("round".into());
+    }
     let each = ["hand", "arm", "foot", "leg", "knee", "side"].iter().any(|limb| has(["each", limb]));
     if each {
         out.side = Some(Side::Both);
@@ -105,9 +138,13 @@ pub(super) fn said(words: &[String]) -> Said {
     }
     let alternates = words.iter().any(|word| word.starts_with("alternat"));
     if alternates {
+        // "Alternating, left first".
+        out.first = out.sides[0].or(out.sides[1]).or(out.side).filter(|side| *side != Side::Both);
         out.side = Some(Side::Both);
+        out.sides = [None; 3];
         out.used.extend(words.iter().filter(|word| word.starts_with("alternat")).cloned());
     }
+    (out.alternates, out.of_each) = (alternates, each);
     let named = has_word(&["left"]) && has_word(&["right"]);
     out.in_turn = named && out.side == Some(Side::Both) || alternates || each;
     let turns_back = words.windows(3).any(|three| three[0].starts_with("turn") && three[2] == "back");
@@ -143,10 +180,61 @@ pub(super) fn said(words: &[String]) -> Said {
     out
 }
 
+/// Words after "a little" that are no thing: not "a little wave".
+const AFTER: [&str; 14] = [
+    "",
+    "to",
+    "forward",
+    "forwards",
+    "backward",
+    "backwards",
+    "back",
+    "left",
+    "right",
+    "closer",
+    "nearer",
+    "further",
+    "ahead",
+    "away",
+];
+
+/// Reads how far or how long, where no number says it: "a bit", "for a while", "over and over".
+fn extent(out: &mut Said, words: &[String]) {
+    let word = |at: usize| words.get(at).map_or("", String::as_str);
+    for (at, own) in words.iter().enumerate() {
+        let before = |n: usize| at.checked_sub(n).map_or("", &word);
+        match own.as_str() {
+            // "Jog for a bit" is as long as anybody jogs.
+            "bit" | "tad" | "smidge" if before(1) == "a" && before(2) == "for" => {}
+            "bit" | "tad" | "smidge" if ["a", "little"].contains(&before(1)) => out.few = true,
+            // "A little" at the end, or before what is no thing.
+            "little" if before(1) == "a" && AFTER.contains(&word(at + 1)) => out.few = true,
+            "awhile" | "repeatedly" | "continuously" | "constantly" | "nonstop" | "endlessly" | "applaud"
+            | "applauds" | "applauding" | "applause" => out.many = true,
+            "forever" | "ages" => out.many = true,
+            "occasionally" => {}
+            "amount" | "distance" | "number" if before(1) == "same" => out.same = true,
+            _ => continue,
+        }
+        out.used.push(own.clone());
+    }
+    if out.few {
+        out.size = None;
+    }
+}
+
 fn adverb(out: &mut Said, word: &str) -> bool {
+    // Tempo and size at once.
     match word {
-        "slowly" | "slow" | "leisurely" | "unhurriedly" | "calmly" | "gradually" | "sluggishly" | "lazily"
-        | "amble" | "ambles" | "ambling" | "saunter" | "saunters" | "sauntering" | "stroll" | "strolls"
+        "gently" | "softly" | "delicately" | "tenderly" | "gentle" => out.speed = out.speed.or(Some(Speed::Slow)),
+        "gusto" | "vigorously" | "heartily" | "forcefully" | "powerfully" | "vigorous" => {
+            out.speed = out.speed.or(Some(Speed::Fast));
+        }
+        _ => {}
+    }
+    match word {
+        "slowly" | "slow" | "slower" | "leisurely" | "unhurriedly" | "calmly" | "gradually" | "sluggishly"
+        | "lazily" | "amble" | "ambles" | "ambling" | "saunter" | "saunters" | "sauntering" | "stroll" | "strolls"
         | "strolling" | "dawdle" | "dawdles" | "dawdling" | "mosey" | "gingerly" | "patiently" | "serenely" => {
             out.speed = Some(Speed::Slow);
         }
@@ -154,11 +242,14 @@ fn adverb(out: &mut Said, word: &str) -> bool {
         | "faster" | "brisk" | "rapid" | "hurry" | "frantically" | "wildly" | "energetic" | "scurry" | "scurries"
         | "scurrying" | "scamper" | "scampers" | "scampering" | "hustle" | "hustles" | "hustling" | "rush"
         | "rushes" | "rushing" | "snappy" | "abruptly" | "suddenly" | "sharply" => out.speed = Some(Speed::Fast),
-        "widely" | "wide" | "large" | "big" | "huge" | "exaggerated" | "broadly" | "deeply" | "deep" | "far"
-        | "expansively" | "hugely" | "vigorously" | "generously" | "dramatically" | "gusto" | "heartily"
-        | "forcefully" | "theatrically" | "powerfully" => out.size = Some(Size::Big),
-        "slightly" | "gently" | "softly" | "lightly" | "delicately" | "faintly" | "discreetly" | "small" | "tiny"
-        | "barely" | "subtly" | "little" | "modestly" | "short" | "subtle" => {
+        "widely" | "wide" | "wider" | "large" | "larger" | "big" | "bigger" | "huge" | "vigorous" | "exaggerated"
+        | "broadly" | "deeply" | "deep" | "far" | "expansively" | "hugely" | "vigorously" | "generously"
+        | "dramatically" | "gusto" | "heartily" | "forcefully" | "theatrically" | "powerfully" => {
+            out.size = Some(Size::Big)
+        }
+        "slightly" | "gently" | "gentle" | "tenderly" | "softly" | "lightly" | "delicately" | "smaller" | "shorter"
+        | "faintly" | "discreetly" | "small" | "tiny" | "barely" | "subtly" | "little" | "modestly" | "short"
+        | "subtle" => {
             out.size = Some(Size::Small);
         }
         "sadly" | "sad" | "dejectedly" | "dejected" | "gloomily" | "depressed" | "unhappily" | "sorrowfully"
@@ -202,13 +293,23 @@ fn numbered(out: &mut Said, words: &[String], at: usize) -> bool {
             let Some(value) = number(word) else { return false };
             let whole = value.round();
             // An adjective may stand between number and unit: "two big steps".
-            let unit = words[at + 1..].iter().take(3).map(String::as_str).find(|w| ["degrees", "seconds"].contains(w));
+            let is_way = unit_of_length(next).is_some() || unit_of_pace(next).is_some();
+            let unit = words[at + 1..]
+                .iter()
+                .filter(|_| !is_way)
+                .take(3)
+                .map(String::as_str)
+                .find(|w| ["degrees", "seconds"].contains(w));
             match unit {
                 Some("degrees") => out.degrees = Some(whole as u32),
                 Some("seconds") if is_decade(words, at) => return false,
                 Some("seconds") => out.seconds = Some(value),
                 _ if unit_of_length(next).is_some() => {
                     out.metres = unit_of_length(next).map(|unit| (1e3 * value * unit).round() / 1e3);
+                    out.used.push(next.to_string());
+                }
+                _ if unit_of_pace(next).is_some() => {
+                    out.pace = unit_of_pace(next).map(|unit| (1e3 * value * unit).round() / 1e3);
                     out.used.push(next.to_string());
                 }
                 // "Do a 360": more than anybody counts is an angle.
@@ -233,8 +334,17 @@ fn is_decade(words: &[String], at: usize) -> bool {
 }
 
 /// Units that nothing here has.
-const UNITS: [&str; 12] =
-    ["mpers", "kmperh", "mph", "kmh", "hz", "radians", "rad", "percent", "hours", "hour", "kg", "newtons"];
+const UNITS: [&str; 8] = ["hz", "radians", "rad", "percent", "hours", "hour", "kg", "newtons"];
+
+/// Returns a unit of pace (m/s).
+fn unit_of_pace(word: &str) -> Option<f64> {
+    match word {
+        "mpers" | "mps" => Some(1.0),
+        "kmperh" | "kmh" | "kph" => Some(1.0 / 3.6),
+        "mph" => Some(0.44704),
+        _ => None,
+    }
+}
 
 /// Returns a unit of length (m).
 fn unit_of_length(word: &str) -> Option<f64> {

@@ -112,6 +112,12 @@ pub(super) fn normal(text: &str) -> Vec<String> {
     };
     let out = out.replace("counter clockwise", "counterclockwise").replace("anti clockwise", "counterclockwise");
     let mut words: Vec<String> = out.split_whitespace().map(unit).filter(|word| !word.is_empty()).collect();
+    for (said, one) in ONE_WORD {
+        let said: Vec<&str> = said.split(' ').collect();
+        while let Some(at) = words.windows(said.len()).position(|part| part.iter().eq(said.iter())) {
+            words.splice(at..at + said.len(), [one.to_string()]);
+        }
+    }
     // "The same time" is no unit.
     for at in 1..words.len() {
         if words[at - 1] == "same" && words[at] == "times" {
@@ -121,6 +127,29 @@ pub(super) fn normal(text: &str) -> Vec<String> {
     let words: Vec<String> = words.into_iter().skip_while(|word| word == "|" || word == ",").collect();
     with_units(with_digits(without_frame(&words)))
 }
+
+/// Phrases with words that join elsewhere, and units of several words, as one word; longer ones first.
+const ONE_WORD: [(&str, &str); 19] = [
+    ("for a little while", "awhile"),
+    ("for a good while", "awhile"),
+    ("for a long while", "awhile"),
+    ("for quite a while", "awhile"),
+    ("for a while", "awhile"),
+    ("for a long time", "awhile"),
+    ("for a long times", "awhile"),
+    ("over and over again", "repeatedly"),
+    ("over and over", "repeatedly"),
+    ("again and again", "repeatedly"),
+    ("on and on", "continuously"),
+    ("every now and then", "occasionally"),
+    ("every now and again", "occasionally"),
+    ("now and then", "occasionally"),
+    ("now and again", "occasionally"),
+    ("metres per seconds", "mpers"),
+    ("meters per seconds", "mpers"),
+    ("m per seconds", "mpers"),
+    ("km per hour", "kmperh"),
+];
 
 /// Openings that ask for what follows, longer ones first.
 const FRAMES: [&str; 21] = [
@@ -178,6 +207,16 @@ pub(super) fn pieces(words: &[String]) -> Vec<(Join, Vec<String>)> {
             let (first, second) = (&words[1..comma], &words[(comma + 1).min(words.len())..]);
             let turned: Vec<String> = second.iter().chain([&"then".to_string()]).chain(first).cloned().collect();
             return if second.is_empty() { pieces(&words[1..]) } else { pieces(&turned) };
+        }
+        // "One arm circles the other one rests": what the other does is a piece of its own.
+        let other = ["hand", "arm", "one"];
+        let is_other = words[at] == "the"
+            && words.get(at + 1).is_some_and(|word| word == "other")
+            && words.get(at + 2).is_some_and(|word| other.contains(&word.as_str()))
+            && words[..at].windows(2).any(|two| two[0] == "one" && ["hand", "arm"].contains(&two[1].as_str()))
+            && all.last().is_some_and(|(_, piece)| piece.len() > 2);
+        if is_other {
+            all.push((Join::While, Vec::new()));
         }
         let opens = |w: &String| w.ends_with("ing") || ["you", "he", "she", "it", "they"].contains(&w.as_str());
         if words[at] == "after" && (at == 0 || words.get(at + 1).is_some_and(opens)) {

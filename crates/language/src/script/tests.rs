@@ -74,7 +74,7 @@ fn free_words_become_actions() {
         ("walk with arms crossed", "cross arms, both side while: walk, forward"),
         ("walk to the left", "walk sideways, to the left"),
         ("run backwards", "walk backward, backward, fast"),
-        ("back up a little", "walk backward, backward"),
+        ("back up a little", "walk backward, backward, 2 times"),
         ("crouch down and after that get back up", "crouch; then stand"),
         ("wave angrily", "wave, right side, angry"),
         ("trudge forward, head hanging low", "walk tired, forward, sad"),
@@ -87,7 +87,7 @@ fn free_words_become_actions() {
         ("bow with your hand on your heart", "hand on heart, right side while: bow"),
         ("cud u plz raize ur rigth hand thx", "reach up, right side"),
         ("jgo frwrad adn tehn stpo!!", "jog forward, forward; then stand"),
-        ("bow gently", "bow, small"),
+        ("bow gently", "bow, slow, small"),
         ("walk forward, stop, and salute", "walk, forward; then salute, right side"),
         ("wave once with each hand", "wave, left side, once; then wave, right side, once"),
         ("before you clap, turn all the way around", "turn, to the left, 360 degrees; then clap, both side"),
@@ -95,6 +95,35 @@ fn free_words_become_actions() {
         ("amble forward", "walk, forward, slow"),
         ("sway like in the 80s", "sway"),
         ("stand in warrior 2", "warrior pose, right side"),
+        ("march for a while", "march forward, forward, 8 s"),
+        ("nod over and over", "nod, 8 s"),
+        ("walk at 0.3 m/s for 4 s", "walk, forward, 1.2 m, 4 s"),
+        ("walk at 1.8 km/h", "walk, forward, 2.5 m, 5 s"),
+        ("walk, turning around halfway", "walk, forward; then turn, to the left, 180 degrees; then walk, forward"),
+        ("walks, turns round, walks back", "walk, forward; then turn, to the left, 180 degrees; then walk, forward"),
+        ("lift your left arm 3x and your right arm once", "reach up, left side, 3 times; then reach up, right side"),
+        (
+            "wave 4 times with the right, then twice with the left",
+            "wave, right side, 4 times; then wave, left side, 2 times",
+        ),
+        (
+            "stamp four times, alternating feet, right first",
+            "stamp, right side, once; then stamp, left side, once; then stamp, right side, once; then stamp, left side, once",
+        ),
+        ("curl your right arm twice", "bicep curl, right side, 2 times"),
+        (
+            "one arm makes big circles the other one rests on the hip",
+            "hand on hip, left side while: arm circles, right side, big",
+        ),
+        ("bow, kneel, arms out to the sides", "bow; then kneel, right side; then arms to sides, both side"),
+        (
+            "lift your right arm, two steps left, nod",
+            "reach up, right side; then walk sideways, to the left, 2 times; then nod",
+        ),
+        (
+            "step left a bit, then right the same amount",
+            "walk sideways, to the left, once; then walk sideways, to the right, once",
+        ),
     ] {
         assert_eq!(line(text), expected, "{text}: {:?}", read(text));
     }

@@ -1,0 +1,97 @@
+//! Sides in turn, counts of each, turns between two ways, and a pace as a way in a time.
+
+use super::reader::{LIMBS_AND_UNITS, Piece, Reader, name};
+use super::said::{Said, said};
+use super::split::Join;
+use super::{Clause, Script};
+use crate::facts::{Action, Side};
+use crate::grammar::{Acts, Synth, Tempo, Verb};
+
+/// Time of both sides, once each, where a time is filled with them (s).
+const TURN: f64 = 6.0;
+/// Most actions of sides in turn.
+const MOST_TURNS: u32 = 24;
+/// Duration of a walk of which only the pace is said, and its longest way (s, m).
+const PACED: [f64; 2] = [5.0, 4.0];
+
+impl Reader<'_> {
+    /// Returns the walk ahead for "walk back" after somebody has turned around.
+    pub(super) fn on_the_way_back<'v>(&'v self, verb: &'v Verb, words: &[String], script: &Script) -> &'v Verb {
+        let says = |all: &[&str]| words.iter().any(|word| all.contains(&word.as_str()));
+        let last = script.clauses.last().and_then(|clause| clause.actions.last());
+        let has_turned = last.is_some_and(|last| self.is_turn(last) && last.degrees == Some(180));
+        let is_return = verb.name == "walk_backward" && says(&["back"]) && !says(&["backward", "backwards"]);
+        if has_turned && is_return { self.grammar.verb("walk").unwrap_or(verb) } else { verb }
+    }
+
+    /// Adds an action of one side and then of the other: "left and right" all of one side first, "alternating" one by one.
+    pub(super) fn in_turn(&self, script: &mut Script, verb: &Verb, said: &Said) {
+        let first = said.first.unwrap_or(Side::Left);
+        let sides = [first, first.mirrored()];
+        let turns = match said.count.filter(|_| said.alternates) {
+            Some(n) if said.of_each => 2 * n,
+            Some(n) => n,
+            // Each for a moment, until the time is over.
+            None if said.alternates => said.seconds.map_or(2, |seconds| 2 * (seconds / TURN).round().max(1.0) as u32),
+            None => 2,
+        };
+        let seconds = said.seconds.map(|seconds| if said.alternates { seconds / f64::from(turns) } else { seconds });
+        if turns > MOST_TURNS {
+            script.notes.push(format!("'{}' is done {MOST_TURNS} times, not {turns}", name(verb)));
+        }
+        for turn in 0..turns.min(MOST_TURNS) {
+            let side = sides[turn as usize % 2];
+            let count = if said.alternates && turns > 2 { Some(1) } else { said.count };
+            let of_hand = [Some(side), None, None];
+            let one = Said { side: Some(side), sides: of_hand, count, in_turn: false, ..said.clone() };
+            let (action, times) = self.action(verb, &one, &mut script.notes);
+            self.add(script, Join::Then, action, seconds, times, [false; 2]);
+        }
+    }
+
+    /// Returns whether words without a verb count a side where a piece counts another one.
+    pub(super) fn counts_apart(&self, last: &Piece, words: &[String]) -> bool {
+        let [one, other] = [said(&last.words), said(words)];
+        let is_limb = |word: &String| LIMBS_AND_UNITS.contains(&self.phrases.base(word).as_str());
+        let explains = |word: &String| other.used.contains(word) || self.phrases.filler.contains(word) || is_limb(word);
+        last.fit.is_some()
+            && one.count.is_some()
+            && other.count.is_some()
+            && one.side.is_some()
+            && one.side != other.side
+            && words.iter().all(explains)
+    }
+
+    /// Returns whether an action is a turn on the spot.
+    pub(super) fn is_turn(&self, action: &Action) -> bool {
+        self.grammar.verb(&action.verb).is_ok_and(|verb| verb.synth == Some(Synth::Turn))
+    }
+
+    /// Returns whether of two actions one is a turn and the other a gait of no length that was said.
+    pub(super) fn turns_between(&self, last: &Clause, action: &Action, seconds: Option<f64>) -> bool {
+        let [before] = last.actions.as_slice() else { return false };
+        let gait = if self.is_turn(action) { before } else { action };
+        let goes = |verb: &Verb| verb.acts == Acts::Feet && verb.cycle.is_some() && verb.tempo == Tempo::Pace;
+        let is_free = gait.count.is_none() && gait.metres.is_none();
+        let is_plain = last.seconds.is_none() && seconds.is_none() && last.times == 1;
+        self.is_turn(action) != self.is_turn(before)
+            && is_free
+            && is_plain
+            && self.grammar.verb(&gait.verb).is_ok_and(goes)
+    }
+}
+
+/// Returns what is said with a pace as a way in a time: 0.4 m/s for 5 s are 2 m.
+pub(super) fn paced(mut said: Said, notes: &mut Vec<String>) -> Said {
+    let Some(pace) = said.pace.filter(|pace| *pace > 0.0) else { return said };
+    let seconds = match (said.metres, said.seconds) {
+        (Some(metres), _) => metres / pace,
+        (None, Some(seconds)) => seconds,
+        (None, None) => PACED[0].min(PACED[1] / pace),
+    };
+    let rounded = |value: f64| (100.0 * value).round() / 100.0;
+    let metres = rounded(said.metres.unwrap_or(pace * seconds));
+    (said.metres, said.seconds) = (Some(metres), Some(rounded(seconds)));
+    notes.push(format!("{pace} m/s is {metres} m in {} s", rounded(seconds)));
+    said
+}
