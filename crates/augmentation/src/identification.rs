@@ -4,8 +4,6 @@
 //! friction of [`ExtendedFriction`] in one of its sizes. Residuals are position errors of whole simulated runs. The
 //! method is Levenberg-Marquardt from several starts.
 
-use std::f64::consts::TAU;
-
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use lifelike_checkpoint::rng::stream;
 use lifelike_robot::actuator::{DcMotor, ExtendedFriction};
@@ -15,7 +13,8 @@ use nalgebra::{DMatrix, DVector, Dyn};
 use rand::Rng;
 use rayon::prelude::*;
 
-use crate::logs::bam::{BenchLog, BenchRun, DYNAMIXEL_DUTY_UNITS};
+use crate::logs::bam::{BenchLog, BenchRun};
+pub use crate::logs::bam::{DYNAMIXEL_DUTY, FEETECH_DUTY};
 
 /// Extent of the friction that is fitted (Duclusaud et al. 2024).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -49,13 +48,6 @@ impl Parameter {
         Self { low: self.low * unit, high: self.high * unit, start: self.start * unit, set: self.set }
     }
 }
-
-/// A Dynamixel's duty for an error of one radian and a gain of 1: 4096 steps a turn, gains in 256ths, a duty of 1 in
-/// 885ths. Present PWM against Goal Position of an XL330's logs has this slope to 1%; its manual would give twice as
-/// much.
-pub const DYNAMIXEL_DUTY: f64 = 4096.0 / TAU / (256.0 * DYNAMIXEL_DUTY_UNITS);
-/// A Feetech's: measured on an STS3215 with an oscilloscope by BAM's authors (github.com/Rhoban/bam).
-pub const FEETECH_DUTY: f64 = 0.166;
 
 /// Numbers that are fitted, whatever hangs on the servo.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]

@@ -170,6 +170,54 @@ fn a_pose_is_dragged_compared_and_filmed() {
 }
 
 #[test]
+fn another_policy_like_clips_and_control_points_are_at_hand() {
+    const READY: &str = "!studio.view.building && studio.head.known + 1 >= studio.head.frames";
+    let folder = tempfile::tempdir().unwrap();
+    let Some(browser) = Browser::start(folder.path()) else { return };
+    let served = Served::start(folder.path(), "examples/hello");
+    let mut page = Page::open(browser, &served.address);
+    page.until("physics", &format!("studio.head?.frames > 120 && {READY}"));
+
+    // Another policy performs; the take of the first is a ghost beside it.
+    page.run("const s = document.querySelector('.panel select'); s.value = 'lima-blind'; s.dispatchEvent(new Event('change'))");
+    page.until(
+        "the other policy",
+        &format!("studio.view.scene.policy === 'lima-blind' && studio.view.kept && {READY}"),
+    );
+    page.until("two robots", "studio.scene.kept !== null");
+    assert_eq!(page.value("studio.view.problem"), json!(""));
+
+    // The second block is a walk: what is found is like it, and joins behind it.
+    page.run("studio.link.send({ seek: (studio.view.spans[1].from + studio.view.spans[1].to) / 2 })");
+    page.until("the needle", "studio.head.frame / studio.view.hz > studio.view.spans[1].from");
+    page.act("similar");
+    page.until("clips", "document.querySelectorAll('.panel .hit').length === 6");
+    let first = page.value("studio.view.similar[1][0].clip");
+    assert!(first.as_str().unwrap().contains("walk") || first.as_str().unwrap().contains("step"), "{first}");
+    page.run("document.querySelector('.panel .hit').click()");
+    page.until("the clip", &format!("studio.view.scene.motion[2]?.clip === {first} && {READY}"));
+
+    // A control point of the chosen block is dragged up.
+    let dots = page.value("document.querySelectorAll('.block.selected .point').length").as_u64().unwrap();
+    assert!(dots > 3, "{dots} control points");
+    let place = |axis: &str| {
+        format!(
+            "(() => {{ const r = document.querySelectorAll('.block.selected .point')[2].getBoundingClientRect(); return r.{axis} + 4; }})()"
+        )
+    };
+    let (x, y) = (page.browser.number(&place("x")), page.browser.number(&place("y")));
+    page.browser.mouse("mouseMoved", x, y);
+    page.browser.mouse("mousePressed", x, y);
+    page.browser.mouse("mouseMoved", x, y - 12.0);
+    page.browser.mouse("mouseReleased", x, y - 12.0);
+    page.until("a changed point", &format!("studio.view.scene.motion[1].points?.[0]?.gain > 1.1 && {READY}"));
+    assert_eq!(page.value("studio.view.problem"), json!(""));
+    assert_eq!(page.value("document.querySelectorAll('.block.selected .point.changed').length"), json!(1));
+    page.no_errors();
+    page.browser.shot();
+}
+
+#[test]
 fn a_module_that_throws_is_seen() {
     let folder = tempfile::tempdir().unwrap();
     let Some(browser) = Browser::start(folder.path()) else { return };

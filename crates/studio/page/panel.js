@@ -38,7 +38,7 @@ export class Panel {
   show(view, id) {
     // Whoever types in the panel keeps the field.
     if (this.root.contains(document.activeElement) && document.activeElement.type === "text" && this.id === id) return;
-    this.id = id;
+    [this.id, this.view] = [id, view];
     const { scene } = view;
     const block = [...scene.motion, ...scene.over].find((b) => b.id === id);
     const push = scene.push.find((p) => p.id === id);
@@ -74,7 +74,7 @@ export class Panel {
         (v) => (v > 0 ? `${(12.5 - v).toFixed(1)} Hz` : "off")),
       this.robot.bends && field("curve here", range(0, 2.5, 0.05, this.point(block)?.gain ?? 1, (gain) => operate({ do: "point", id, at: this.point(block)?.at ?? this.actions.within(block), gain })),
         (v) => `${Number(v).toFixed(2)}×`),
-      ...this.alike(view, block),
+      ...this.alike(block),
       buttons(
         [block.feasible ? "As it was" : "Make feasible", "Repair what cannot be tracked (G)", () => operate({ do: "feasible", id, value: !block.feasible })],
         (block.edits || block.points || block.gain || block.smooth || block.feasible) && ["Plain", "Remove style and changed points", () => operate({ do: "plain", id })],
@@ -91,7 +91,8 @@ export class Panel {
   }
 
   // Clips that are like the motion at the needle; each joins the motion behind the block.
-  alike(view, block) {
+  alike(block) {
+    const { view } = this;
     if (!this.robot.searches || block.at !== undefined) return [];
     const ask = buttons(["More like this", "Find clips that are like this moment (W)", () => this.actions.similar()]);
     const [at, found] = view.similar ?? [0, []];

@@ -4,9 +4,9 @@
 //! (m), `kp` (the servo's own unit), `vin` (V), `motor`, `trajectory`, and `entries`: `timestamp` (s), `goal_position`
 //! and `position` (rad), `speed` (rad/s), `load`, `input_volts` (V), `torque_enable`. The load is the duty in 885ths,
 //! or the duty itself if no number exceeds 1; `load_unit` may say `885ths`, `%` or `1`. Negative numbers may be unsigned
-//! 16 bits. It is 0 throughout for a servo
-//! that does not tell it. Those of other servos are tables ([`super::bench_table`]).
+//! 16 bits. It is 0 throughout for a servo that does not tell it. Those of other servos are tables ([`super::bench_table`]).
 
+use std::f64::consts::TAU;
 use std::path::Path;
 
 use lifelike_sim::bench::{BenchCommands, PendulumBench};
@@ -19,6 +19,22 @@ use crate::AugmentationError;
 
 /// Units of a Dynamixel's duty of 1.
 pub(crate) const DYNAMIXEL_DUTY_UNITS: f64 = 885.0;
+/// A Dynamixel's duty for an error of one radian and a gain of 1: 4096 steps a turn, gains in 256ths, a duty of 1 in
+/// 885ths. Present PWM against Goal Position of an XL330's logs has this slope to 1%; its manual would give twice as
+/// much.
+pub const DYNAMIXEL_DUTY: f64 = 4096.0 / TAU / (256.0 * DYNAMIXEL_DUTY_UNITS);
+/// A Feetech's: measured on an STS3215 with an oscilloscope by BAM's authors (github.com/Rhoban/bam).
+pub const FEETECH_DUTY: f64 = 0.166;
+
+/// Returns the duty that a servo of this name commands for an error of one radian and a gain of 1 (1/rad), by its data
+/// sheet.
+pub fn commanded_duty(motor: &str) -> Option<f64> {
+    match motor {
+        "xl330" => Some(DYNAMIXEL_DUTY),
+        "sts3250" => Some(FEETECH_DUTY),
+        _ => None,
+    }
+}
 
 /// Log of a bench, at the times it was written.
 #[derive(Debug, Clone, PartialEq, Default)]

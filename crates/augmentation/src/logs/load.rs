@@ -1,8 +1,7 @@
 //! The unit of a bench's load, and angles of another unit: what the servo's gain commands is the evidence.
 
-use super::bam::{BenchLog, DYNAMIXEL_DUTY_UNITS};
+use super::bam::{BenchLog, DYNAMIXEL_DUTY_UNITS, commanded_duty};
 use super::bench_checks::{Fault, SAME, fit};
-use crate::identification::Servo;
 
 /// Units of a load, as a log's `load_unit` says them.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Deserialize)]
@@ -39,7 +38,7 @@ impl LoadUnit {
 /// Returns the duty for each radian between goal and position, as a share of what the servo's gain commands. An unknown
 /// servo has none, nor has a log where the two do not go together.
 fn share(log: &BenchLog) -> Option<f64> {
-    let commanded = Servo::built_in(&log.motor)?.duty * log.gain;
+    let commanded = commanded_duty(&log.motor)? * log.gain;
     let duty: Vec<f64> = log.voltage.as_ref()?.iter().map(|voltage| voltage / log.supply).collect();
     let on: Vec<usize> = (0..log.time.len()).filter(|i| log.enabled[*i]).collect();
     let error: Vec<f64> = on.iter().map(|i| log.goal[*i] - log.position[*i]).collect();

@@ -267,8 +267,8 @@ impl Generator<'_> {
         self.shortened(self.part(&part, Some(rng))?)
     }
 
-    /// Walks so far (m): as many cycles as it takes, with steps a little longer or shorter; in a time (s), where one is
-    /// said, by faster steps and longer ones.
+    /// Walks so far (m), in as many cycles as it takes, with steps a little longer or shorter. Where a time is said (s),
+    /// steps are faster and longer.
     fn as_far(
         &self,
         part: PartDraw,

