@@ -267,8 +267,8 @@ impl Generator<'_> {
         self.shortened(self.part(&part, Some(rng))?)
     }
 
-    /// Walks so far (m), in as many cycles as it takes, with steps a little longer or shorter. Where a time is said (s),
-    /// steps are faster and longer.
+    /// Walks so far (m), in as many cycles as it takes, with steps a little longer or shorter. A time that is said (s)
+    /// is kept by faster and longer steps.
     fn as_far(
         &self,
         part: PartDraw,
