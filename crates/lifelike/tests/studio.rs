@@ -214,7 +214,6 @@ fn another_policy_like_clips_and_control_points_are_at_hand() {
     assert_eq!(page.value("studio.view.problem"), json!(""));
     assert_eq!(page.value("document.querySelectorAll('.block.selected .point.changed').length"), json!(1));
     page.no_errors();
-    page.browser.shot();
 }
 
 #[test]

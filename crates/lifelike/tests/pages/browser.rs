@@ -47,12 +47,6 @@ impl Browser {
         self.evaluate(expression).as_f64().unwrap()
     }
 
-    #[allow(dead_code)]
-    pub fn shot(&mut self) {
-        let value = self.0.call("Page.captureScreenshot", json!({ "format": "png" })).unwrap();
-        std::fs::write("/tmp/shot.b64", value["data"].as_str().unwrap()).unwrap();
-    }
-
     /// Exceptions and errors of the page since it was opened.
     pub fn errors(&self) -> &[String] {
         &self.0.errors
