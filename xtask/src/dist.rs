@@ -25,6 +25,8 @@ pub fn dist() -> Result<(), String> {
     cargo.args(["build", "--profile", "dist", "--package", "lifelike"]).env("LIFELIKE_COMMIT", commit.trim());
     run(cargo.current_dir(root()))?;
     let program = target.join("dist/lifelike");
+    // Cargo leaves the symbols in packages whose profile is overridden; without the tool they stay, 7 MB of them.
+    let _ = Command::new("strip").arg(&program).status();
     let (version, machine) = (env!("CARGO_PKG_VERSION"), std::env::consts::ARCH);
     let name = format!("lifelike-{version}-{}-{machine}", std::env::consts::OS);
     let folder = target.join("dist-package");
