@@ -338,7 +338,7 @@ impl Engine {
     /// Lets the document's policy perform the scene, from its start.
     fn hand_over(&mut self) -> Result<(), StudioError> {
         self.policy.clone_from(&self.document.scene().policy);
-        self.stage.controller = self.stage.policies.find(self.policy.as_deref())?;
+        self.stage = self.stage.for_scene(self.document.scene())?;
         self.history = History::new(self.stage.performer(&self.reference, false)?);
         Ok(())
     }

@@ -94,11 +94,11 @@ pub fn export(stage: &Stage, scene: &Scene, name: &str, what: &str) -> Result<Ex
             Ok(Export { name: format!("{name}{}", crate::scene::EXTENSION), kind: "application/toml", bytes })
         }
         "page" => {
-            let bytes = stage.perform(scene)?.page(name).to_html().into_bytes();
+            let bytes = stage.for_scene(scene)?.perform(scene)?.page(name).to_html().into_bytes();
             Ok(Export { name: format!("{name}.html"), kind: "text/html; charset=utf-8", bytes })
         }
         "clip" => {
-            let bytes = container::to_bytes(&stage.perform(scene)?.clip(name))?;
+            let bytes = container::to_bytes(&stage.for_scene(scene)?.perform(scene)?.clip(name))?;
             Ok(Export { name: format!("{name}{}", container::EXTENSION), kind: "application/octet-stream", bytes })
         }
         _ => Err(StudioError::Operation(format!("export: expected page, clip or scene, got '{what}'"))),

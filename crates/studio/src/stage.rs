@@ -76,6 +76,18 @@ impl Stage {
         frames.max((seconds * self.robot().control_hz).ceil() as usize) + 3
     }
 
+    /// Returns the stage with the policy that a scene names; as it is where it has one policy only.
+    ///
+    /// # Errors
+    /// As [`Policies::find`].
+    pub(crate) fn for_scene(&self, scene: &Scene) -> Result<Self, StudioError> {
+        let mut stage = self.clone();
+        if self.policies.load.is_some() {
+            stage.controller = self.policies.find(scene.policy.as_deref())?;
+        }
+        Ok(stage)
+    }
+
     /// Returns a maker of motion.
     pub fn workshop(&self) -> Workshop {
         let robot = Arc::clone(self.robot());

@@ -358,6 +358,11 @@ fn another_policy_performs_beside_the_kept_take_and_undo_brings_the_first_back()
     };
     let policies = Policies { names: vec!["lima-path".into(), "lima-blind".into()], load: Some(Arc::new(load)) };
     let stage = Stage { policies, ..lima(folder.path()) };
+    let mut walk = scene(&["add clip = \"builtin:walk\""]);
+    let exported = |scene: &Scene| crate::files::export(&stage, scene, "a", "clip").unwrap().bytes;
+    let best = exported(&walk);
+    walk.policy = Some("lima-blind".into());
+    assert_ne!(exported(&walk), best, "an export is performed by the scene's own policy");
     let document = Document::open(&folder.path().join("a.scene.toml"), Scene::default).unwrap();
     let (engine, screen) = Engine::start(stage, document).unwrap();
     let view = || serde_json::from_str::<serde_json::Value>(&screen.view.borrow()).unwrap();

@@ -29,7 +29,7 @@ pub fn open(scene: &Scene, file: &Path) -> Result<Stage, CliError> {
     let prior = shipped::of_robot(&robot, Kind::Prior).map(shipped::Shipped::file).transpose()?;
     let prior = prior.map(|file| MotionPrior::load(&file)).transpose()?.map(Arc::new);
     let folder = folder(file);
-    let policies = policies(&robot, &scene.robot, &folder);
+    let policies = policies(scene, &robot, &folder);
     Ok(Stage { controller, generator, spline, prior, folder, policies })
 }
 
@@ -40,8 +40,8 @@ fn performing(policy: Option<&str>, robot: &Arc<Robot>, robot_file: &str) -> Res
     Ok(Arc::new(Controller::load(&policy, Arc::clone(robot))?))
 }
 
-/// Returns the policies that may perform: those of the program for the robot, and those in the scene's folder.
-fn policies(robot: &Arc<Robot>, robot_file: &str, folder: &Path) -> Policies {
+/// Returns the policies that may perform: the scene's, those of the program for the robot, and those in its folder.
+fn policies(scene: &Scene, robot: &Arc<Robot>, folder: &Path) -> Policies {
     let shipped = shipped::all().filter(|network| network.kind == Kind::Controller);
     let mut names: Vec<String> =
         shipped.filter(|network| network.fits(robot)).map(|network| network.stem().to_string()).collect();
@@ -50,8 +50,9 @@ fn policies(robot: &Arc<Robot>, robot_file: &str, folder: &Path) -> Policies {
     let mut files: Vec<String> = files.filter(|name| name.ends_with(EXTENSION)).collect();
     files.sort();
     let (own, robot, robot_file, folder) =
-        (files.clone(), Arc::clone(robot), robot_file.to_owned(), folder.to_path_buf());
+        (files.clone(), Arc::clone(robot), scene.robot.clone(), folder.to_path_buf());
     names.extend(files);
+    names.extend(scene.policy.clone().filter(|policy| !names.contains(policy)));
     let load = move |name: Option<&str>| {
         let name = name.map(|name| match own.iter().any(|file| file == name) {
             true => folder.join(name).display().to_string(),
