@@ -130,12 +130,12 @@ impl Mood {
     pub fn manner(self) -> Manner {
         let manner = |speed, size, chest, head| Manner { speed, size, chest, head };
         match self {
-            Self::Sad => manner(1.0, 1.0, 7.0, 14.0),
-            Self::Proud => manner(1.0, 1.0, -3.0, -9.0),
-            Self::Angry => manner(1.3, 1.15, 5.0, 8.0),
-            Self::Happy => manner(1.2, 1.2, -3.0, -9.0),
-            Self::Tired => manner(0.72, 0.85, 8.0, 16.0),
-            Self::Afraid => manner(1.0, 0.7, 6.0, 10.0),
+            Self::Sad => manner(0.82, 0.9, 11.0, 18.0),
+            Self::Proud => manner(1.0, 1.15, -5.0, -11.0),
+            Self::Angry => manner(1.35, 1.2, 7.0, 10.0),
+            Self::Happy => manner(1.28, 1.3, -4.0, -10.0),
+            Self::Tired => manner(0.68, 0.8, 11.0, 18.0),
+            Self::Afraid => manner(0.88, 0.62, 9.0, 13.0),
         }
     }
 }

@@ -3,7 +3,7 @@
 use lifelike_character::Vec3;
 
 use super::measure::{energy, excursion, flights, ground, held_up, swings};
-use super::tracks::{Tracks, range};
+use super::tracks::{SignalName, Tracks, range};
 use crate::facts::{Direction, Side};
 use crate::grammar::{Acts, Limb, Show, Synth, Verb};
 use crate::touch::Touch;
@@ -242,8 +242,11 @@ pub fn touches(tracks: &Tracks, touch: Touch, side: Option<Side>) -> Option<Outc
 }
 
 /// Checks where a head looks, or a trunk leans: farther than to the other side.
-fn side_or_lean(tracks: &Tracks, acts: Acts, wanted: Direction) -> Outcome {
+fn side_or_lean(tracks: &Tracks, verb: &Verb, wanted: Direction) -> Outcome {
+    let acts = verb.acts;
+    let twists = verb.signal == Some(SignalName::RootYaw);
     let values: Vec<f64> = match (acts, wanted) {
+        _ if twists => tracks.yaw.clone(),
         (Acts::Head, _) => tracks.head.iter().map(|head| head[1]).collect(),
         (_, Direction::Left | Direction::Right) => tracks.lean.clone(),
         _ => tracks.pitch.clone(),
@@ -254,7 +257,12 @@ fn side_or_lean(tracks: &Tracks, acts: Acts, wanted: Direction) -> Outcome {
     let (own, other) = if is_low { (-low, high) } else { (high, -low) };
     let (own, other) = (own.to_degrees(), other.to_degrees());
     let least = if acts == Acts::Head { LOOK } else { LEAN };
-    let (what, to) = (if acts == Acts::Head { "a look" } else { "a lean" }, format!("{wanted:?}").to_lowercase());
+    let what = match acts {
+        Acts::Head => "a look",
+        _ if twists => "a twist",
+        _ => "a lean",
+    };
+    let (what, to) = (what, format!("{wanted:?}").to_lowercase());
     let got = format!("{own:.0} degrees, {other:.0} the other way");
     (format!("{what} {to} by {least:.0} degrees"), got, own > least && own > 2.0 * other)
 }
@@ -276,7 +284,7 @@ pub fn direction(tracks: &Tracks, verb: &Verb, wanted: Direction) -> Outcome {
         );
     }
     if matches!(verb.acts, Acts::Head | Acts::Body) {
-        return side_or_lean(tracks, verb.acts, wanted);
+        return side_or_lean(tracks, verb, wanted);
     }
     let way = ground(&(last - first));
     let (sin, cos) = from.sin_cos();

@@ -283,6 +283,13 @@ pub fn amplitude(tracks: &Tracks, verb: &Verb, side: Option<Side>) -> Option<f64
     Some(high - low)
 }
 
+/// Returns the largest change of the chest's pitch from the first frame (degrees); of the root's without a chest.
+pub fn bent(tracks: &Tracks) -> f64 {
+    let pitch = if tracks.chest.is_empty() { &tracks.pitch } else { &tracks.chest };
+    let first = pitch.first().copied().unwrap_or(0.0);
+    pitch.iter().map(|value| (value - first).abs()).fold(0.0, f64::max).to_degrees()
+}
+
 /// Returns the mean pitch of the head (rad), of the chest without a head, or of the root without both, over the middle
 /// three fifths.
 pub fn head_pitch(tracks: &Tracks) -> f64 {

@@ -29,6 +29,9 @@ const STRIDE: [f64; 2] = [0.5, 1.2];
 const BRISK: f64 = 1.25;
 /// Least time between two gestures on legs that last (s).
 const PAUSE: f64 = 2.5;
+/// Corrections of a bend to an angle, and the sizes that it may have, beside the natural one.
+const BENDS: u32 = 2;
+const BEND: [f64; 2] = [0.2, 2.5];
 /// Draws of tempo and amplitude until one can be performed.
 const TRIES: u64 = 8;
 /// Factor by which tempo and size are exaggerated where what was said is not seen, and the most of it.
@@ -415,7 +418,21 @@ impl Generator<'_> {
             Some(Size::Big) => rng.random_range(1.32..1.45) * emphasis,
             None => manner.size * rng.random_range(0.9..1.1),
         };
-        Ok(PartDraw { verb: number, mirrored, cycles, degrees, speed, gain, action: action.clone() })
+        let part = PartDraw { verb: number, mirrored, cycles, degrees, speed, gain, action: action.clone() };
+        match action.degrees.filter(|_| verb.bends) {
+            Some(degrees) => self.bent_by(part, f64::from(degrees)),
+            None => Ok(part),
+        }
+    }
+
+    /// Changes the size of a bend until the trunk reaches an angle (degrees).
+    fn bent_by(&self, mut part: PartDraw, degrees: f64) -> Result<PartDraw, LanguageError> {
+        part.gain = 1.0;
+        for _ in 0..BENDS {
+            let tracks = Tracks::of(&self.part(&part, None)?, self.character(), self.anatomy())?;
+            part.gain = (part.gain * degrees / measure::bent(&tracks).max(1.0)).clamp(BEND[0], BEND[1]);
+        }
+        Ok(part)
     }
 
     /// Cuts most of the standing before and after.
@@ -564,6 +581,8 @@ mod tests {
             "raise both arms 120 degrees",
             "raise your right arm to shoulder height",
             "stretch both arms out ahead at 60 degrees",
+            "bow 50 degrees",
+            "lean forward 20 degrees",
         ] {
             let script = reader.read(text);
             for seed in 0..2 {

@@ -155,6 +155,9 @@ pub struct Verb {
     /// Flag of arms that can be asked for an angle from hanging down.
     #[serde(default)]
     pub angles: bool,
+    /// Flag of a trunk that can be asked for an angle.
+    #[serde(default)]
+    pub bends: bool,
     /// Flag of legs that carry such a gesture.
     #[serde(default)]
     pub carries: bool,
@@ -164,6 +167,11 @@ pub struct Verb {
     /// Flag: a mood can be said.
     #[serde(default)]
     pub moods: bool,
+    /// Flag of what is done once where nobody says how often: a squat, not a wave.
+    #[serde(default)]
+    pub once: bool,
+    /// Flag of hands that need a thing, a thumb or fingers, which a robot lacks: the words say which.
+    pub lacks: Option<String>,
     /// Flag: its speed can be said.
     #[serde(default = "yes")]
     pub speeds: bool,

@@ -74,7 +74,7 @@ pub(super) fn of_the_other(words: &[String]) -> Option<Vec<String>> {
     let limb = words.get(from + 1).is_some_and(|word| ["hand", "arm", "one"].contains(&word.as_str()));
     let rest = words[from + 1 + usize::from(limb)..].to_vec();
     // "The other stays on the hip": that of a hand.
-    let rests = rest.windows(3).any(|three| three[0] == "on" && three[2].starts_with("hip"));
+    let rests = rest.iter().any(|word| word == "on") && rest.iter().any(|word| word.starts_with("hip"));
     let hand = rests.then(|| "hand".to_string());
     Some(hand.into_iter().chain(rest).collect::<Vec<_>>()).filter(|rest| !rest.is_empty())
 }

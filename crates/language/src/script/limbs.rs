@@ -34,6 +34,9 @@ pub(super) fn of_supporting_leg(verb: &Verb, words: &[String], said: Said) -> Sa
     let crosses = matches!(verb.touches, Some(Touch::Shoulder | Touch::Forearm))
         && !names_hand
         && words.windows(2).any(is_touched);
+    // "The left elbow to the right knee": the knee's side is that of a verb of the foot.
+    let of_foot = said.sides[1].filter(|_| verb.acts == Acts::Foot && said.sides[0].is_some());
+    let said = Said { side: of_foot.or(said.side), ..said };
     match said.side {
         Some(side) if lifts && stands_on || crosses => Said { side: Some(side.mirrored()), ..said },
         _ => said,

@@ -7,6 +7,7 @@
 
 mod beside;
 mod edited;
+mod joined;
 mod learned;
 mod limbs;
 mod meaning;
@@ -15,6 +16,7 @@ mod phrases;
 mod reader;
 mod reading;
 mod said;
+mod situations;
 mod spelling;
 mod split;
 mod turns;

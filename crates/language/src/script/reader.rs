@@ -4,13 +4,14 @@ use std::collections::BTreeSet;
 
 use super::beside::{HOLDS, is_hold, of_hand, of_the_other, without_negations};
 use super::learned::Learned;
-use super::limbs::{back_again, is_above, of_supporting_leg};
+use super::limbs::{back_again, of_supporting_leg};
 use super::phrases::{Fit, Meaning, Phrases};
 use super::said::{Said, said};
+use super::situations::Situations;
 use super::spelling::spelt;
 use super::split::{Join, normal, pieces};
-use super::turns::paced;
-use super::{Clause, Impossible, Script};
+use super::turns::{beyond, paced};
+use super::{Impossible, Script};
 use crate::checks::SignalName;
 use crate::error::LanguageError;
 use crate::facts::{Action, Direction, Side, Size, Speed};
@@ -18,10 +19,13 @@ use crate::grammar::{Acts, Grammar, Synth, Verb};
 
 /// Least number that is an angle where a turn has one.
 const LEAST_ANGLE: u32 = 20;
+/// Angles by which a trunk bends (degrees).
+const LEAST_BENT: u32 = 5;
+const MOST_BENT: u32 = 60;
+/// Duration of a pose that is held for no time that was said (s).
+const HOLD: f64 = 3.0;
 /// Largest angle of a lifted arm (degrees).
 const MOST_LIFTED: u32 = 170;
-/// Gestures that nobody does while walking up to something.
-const STANDING: [&str; 8] = ["shake_hands", "knock", "high_five", "press_button", "drink", "eat", "pour", "give"];
 /// Depth of compounds in compounds.
 pub(super) const MOST_WITHIN: usize = 2;
 /// Most times that a compound or an action without repetitions is done.
@@ -42,6 +46,7 @@ pub struct Reader<'a> {
     pub(super) grammar: &'a Grammar,
     pub(super) phrases: Phrases,
     pub(super) learned: Learned,
+    pub(super) situations: Situations,
 }
 
 /// The action before.
@@ -66,7 +71,9 @@ impl<'a> Reader<'a> {
     /// # Errors
     /// [`LanguageError::Grammar`] for a lexicon with verbs that the grammar has not.
     pub fn new(grammar: &'a Grammar) -> Result<Self, LanguageError> {
-        Ok(Self { grammar, phrases: Phrases::new(grammar)?, learned: Learned::new(grammar)? })
+        let phrases = Phrases::new(grammar)?;
+        let situations = Situations::new(&phrases)?;
+        Ok(Self { grammar, phrases, learned: Learned::new(grammar)?, situations })
     }
 
     /// Returns the verbs.
@@ -83,6 +90,11 @@ impl<'a> Reader<'a> {
                 let verb = &self.grammar.verbs[verb];
                 let (verb, said) = self.facing(verb, &piece.words, said, &mut script.notes);
                 let verb = self.on_the_way_back(verb, &piece.words, script);
+                if let Some(because) = beyond(verb, &said) {
+                    let (said, nearest) = (piece.words.join(" "), Some(verb.name.clone()));
+                    script.impossible.push(Impossible { said, because, nearest, at: script.clauses.len() });
+                    return;
+                }
                 let said = paced(of_supporting_leg(verb, &piece.words, said), &mut script.notes);
                 let last = script.clauses.iter().rev().find(|one| one.actions[0].verb != "stand");
                 let said = back_again(verb, &piece.words, said, last);
@@ -91,6 +103,7 @@ impl<'a> Reader<'a> {
                     self.in_turn(script, verb, &said);
                     return;
                 }
+                let said = Said { count: said.count.or(self.some(verb, &piece.words)), ..said };
                 let (action, times) = self.action(verb, &said, &mut script.notes);
                 // "Bend down, pick something up" is one movement in two phrases.
                 let is_posture = piece.join == Join::While;
@@ -119,7 +132,9 @@ impl<'a> Reader<'a> {
                 // "For a while": of what can be longer.
                 let is_open =
                     action.count.is_none() && action.metres.is_none() && action.degrees.is_none() && times == 1;
-                let seconds = said.seconds.or((said.many && is_open).then_some(WHILE));
+                let is_held = said.holds && (verb.is_pose() || action.verb == "balance");
+                let open = if said.many { Some(WHILE) } else { is_held.then_some(HOLD) };
+                let seconds = said.seconds.or(open.filter(|_| is_open));
                 // "Take four seconds to raise an arm": of a pose the way there.
                 let rise = said.seconds.filter(|_| said.is_way && verb.is_pose());
                 self.add(script, piece.join, action, seconds.filter(|_| rise.is_none()), times, free);
@@ -432,6 +447,7 @@ impl<'a> Reader<'a> {
                 action.degrees = Some(whole / rounds);
             }
             Some(Synth::Curve) => action.degrees = said.degrees,
+            _ if verb.bends => action.degrees = said.degrees.map(|degrees| degrees.clamp(LEAST_BENT, MOST_BENT)),
             _ if verb.angles => action.degrees = said.degrees.or(said.level).map(|degrees| degrees.min(MOST_LIFTED)),
             _ if said.degrees.is_some() && verb.acts == Acts::Feet => {
                 notes.push(format!("'{}' has no angle", name(verb)))
@@ -489,7 +505,7 @@ impl<'a> Reader<'a> {
     /// Returns the verb that fits what was said: steps one by one for an odd number, a foot that stays up for a
     /// duration.
     fn counted_by_one<'v>(&'v self, verb: &'v Verb, said: &Said) -> &'v Verb {
-        if verb.name == "knee_raise" && said.seconds.is_some() && said.count.is_none() {
+        if verb.name == "knee_raise" && (said.seconds.is_some() || said.holds) && said.count.is_none() {
             return self.grammar.verb("balance").unwrap_or(verb);
         }
         let is_pair = verb.count.is_some_and(|rule| rule.signal == SignalName::Steps && rule.per_cycle == 2);
@@ -514,89 +530,6 @@ impl<'a> Reader<'a> {
             _ => return verb,
         };
         if said.names_one_hand() { self.grammar.verb(one).unwrap_or(verb) } else { verb }
-    }
-
-    /// Appends an action: to the last clause where it is done at once with it. `free`: nobody said the side of the last
-    /// action, and of this one.
-    pub(super) fn add(
-        &self,
-        script: &mut Script,
-        join: Join,
-        action: Action,
-        seconds: Option<f64>,
-        times: u32,
-        free: [bool; 2],
-    ) {
-        let with_last = match join {
-            Join::While => true,
-            // "Walks and waves" is at once; "takes two steps and waves" is not.
-            Join::And => script.clauses.last().is_some_and(|last| {
-                let open =
-                    last.actions.iter().all(|a| a.count.is_none() && a.degrees.is_none()) && last.seconds.is_none();
-                open && times == 1
-                    && action.degrees.is_none()
-                    && self.goes_along(&last.actions, &action)
-                    && self.at_once(&last.actions, &action, [false; 2]).is_some()
-            }),
-            _ => false,
-        };
-        let pair = script.clauses.last().filter(|_| with_last).map(|last| self.at_once(&last.actions, &action, free));
-        match (pair, script.clauses.last_mut()) {
-            (Some(Some(pair)), Some(last)) => {
-                last.actions = pair;
-                last.seconds = last.seconds.or(seconds);
-            }
-            (Some(None), Some(last)) if times == 1 && self.turns_between(last, &action, seconds) => {
-                // "A U-turn while walking" is between two ways.
-                let gait = if self.is_turn(&action) { last.actions[0].clone() } else { action.clone() };
-                let turn = if self.is_turn(&action) { action } else { last.actions[0].clone() };
-                script.notes.push(format!("'{}' is done between two ways", turn.verb.replace('_', " ")));
-                *last = Clause { actions: vec![gait.clone()], ..last.clone() };
-                for action in [turn, gait] {
-                    script.clauses.push(Clause { actions: vec![action], seconds: None, rise: None, times: 1 });
-                }
-            }
-            (Some(None), Some(last)) => {
-                let text = |action: &Action| action.verb.replace('_', " ");
-                let before: Vec<String> = last.actions.iter().map(text).collect();
-                script.notes.push(format!(
-                    "'{}' cannot be done during '{}': it follows",
-                    text(&action),
-                    before.join(" and ")
-                ));
-                script.clauses.push(Clause { actions: vec![action], seconds, rise: None, times });
-            }
-            _ => script.clauses.push(Clause { actions: vec![action], seconds, rise: None, times }),
-        }
-    }
-
-    /// Returns whether "and" is at once: a gesture and a walk, or the head and anything.
-    fn goes_along(&self, before: &[Action], action: &Action) -> bool {
-        let verbs: Vec<&Verb> = before.iter().chain([action]).filter_map(|a| self.grammar.verb(&a.verb).ok()).collect();
-        let gestures = |verb: &&Verb| verb.arms && !STANDING.contains(&verb.name.as_str());
-        verbs.iter().any(|verb| verb.acts == Acts::Head)
-            || verbs.iter().any(|verb| verb.carries) && verbs.iter().any(gestures)
-    }
-
-    /// Returns two actions that other limbs do, the upper one first; nothing where they need the same limb. Of two
-    /// gestures, one whose side is free is done with the other hand.
-    fn at_once(&self, before: &[Action], action: &Action, free: [bool; 2]) -> Option<Vec<Action>> {
-        let [one] = before else { return None };
-        let verbs = [one, action].map(|a| self.grammar.verb(&a.verb).ok());
-        let [Some(a), Some(b)] = verbs else { return None };
-        let (mut one, mut action) = (one.clone(), action.clone());
-        let of_hands = |verb: &Verb| matches!(verb.acts, Acts::Hand | Acts::Hands);
-        if of_hands(a) && of_hands(b) && one.side == action.side {
-            match free {
-                [_, true] => action.side = action.side.map(Side::mirrored),
-                [true, false] => one.side = one.side.map(Side::mirrored),
-                _ => {}
-            }
-        }
-        if is_above((a, &one), (b, &action)) {
-            return Some(vec![one, action]);
-        }
-        is_above((b, &action), (a, &one)).then(|| vec![action, one])
     }
 
     /// Returns the gait that goes the way that was said, where a verb goes ahead: "run backwards" is walking backward.

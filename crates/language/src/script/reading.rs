@@ -8,6 +8,7 @@ use super::beside::without_negations;
 use super::learned::{Stretch, Taken};
 use super::phrases::{Fit, Meaning};
 use super::reader::{Before, MOST_WITHIN, Piece, Reader};
+use super::situations::Reaction;
 use super::spelling::spelt;
 use super::split::normal;
 
@@ -52,28 +53,52 @@ impl Reader<'_> {
 
     /// Reads a sentence in one of the ways.
     pub fn read_by(&self, text: &str, way: Reading) -> Script {
-        let by_rules = || self.read_within(text, MOST_WITHIN);
         match way {
-            Reading::Rules => by_rules(),
+            Reading::Rules => self.read_within(text, MOST_WITHIN),
             Reading::Network => self.read_by_network(text).script,
-            Reading::Both => {
-                let mut rules = by_rules();
-                let ByNetwork { script: network, certainty, asking } = self.read_by_network(text);
-                let least = if is_open(&rules) { OPEN } else { CLOSED };
-                // A movement that no verb is, by the network, may have parameters that rules read.
-                let knows_less = !network.unknown.is_empty() && !is_open(&rules);
-                let is_same = verbs(&rules) == verbs(&network);
-                // A guess that leaves out an action of the rules.
-                let knows_most = rules.unknown.len() <= 1 && network.impossible.is_empty();
-                let guess = if is_open(&rules) { GUESS } else { CERTAIN };
-                let loses = certainty < guess && knows_most && is_part(&verbs(&network), &verbs(&rules));
-                if is_same && certainty > SURE {
-                    // Words of a story around ask for nothing.
-                    rules.unknown.retain(|text| text.split(' ').any(|word| asking.contains(word)));
-                }
-                if is_same || loses || knows_less || certainty < least { rules } else { network }
-            }
+            Reading::Both => self.once(self.read_by_both(text)),
         }
+    }
+
+    /// Reads a sentence by both.
+    fn read_by_both(&self, text: &str) -> Script {
+        let mut rules = self.read_within(text, MOST_WITHIN);
+        let ByNetwork { script: network, certainty, asking } = self.read_by_network(text);
+        let says_little = is_open(&rules) || verbs(&rules) == ["stand"];
+        let is_one = rules.clauses.len() <= 1 && network.clauses.len() <= 2;
+        let fits = |one: &Reaction<'_>| says_little && is_one && (one.is_clear || certainty < SURE);
+        if let Some(reaction) = self.reaction(text).filter(fits) {
+            let note = format!("read as a situation: {}", reaction.means);
+            let mut script = self.read_within(reaction.means, MOST_WITHIN);
+            script.notes.push(note);
+            return script;
+        }
+        let least = if is_open(&rules) { OPEN } else { CLOSED };
+        // A movement that no verb is, by the network, may have parameters that rules read.
+        let knows_less = !network.unknown.is_empty() && !is_open(&rules);
+        let is_same = verbs(&rules) == verbs(&network);
+        // A guess that leaves out an action of the rules.
+        let knows_most = rules.unknown.len() <= 1 && network.impossible.is_empty();
+        let guess = if is_open(&rules) { GUESS } else { CERTAIN };
+        let loses = certainty < guess && knows_most && is_part(&verbs(&network), &verbs(&rules));
+        if is_same && certainty > SURE {
+            // Words of a story around ask for nothing.
+            rules.unknown.retain(|text| text.split(' ').any(|word| asking.contains(word)));
+        }
+        // The network cannot name a verb that is newer than it.
+        let has_newer = knows_most && verbs(&rules).iter().any(|verb| self.is_newer(verb));
+        if is_same || loses || knows_less || has_newer || certainty < least { rules } else { network }
+    }
+
+    /// Returns whether a verb is newer than the network.
+    fn is_newer(&self, verb: &str) -> bool {
+        let number = self.grammar().verbs.iter().position(|known| known.name == verb);
+        number.is_some_and(|number| !self.learned.knows(number))
+    }
+
+    /// Returns the reaction to a situation that a sentence tells.
+    fn reaction(&self, text: &str) -> Option<Reaction<'_>> {
+        self.situations.reaction(&self.phrases, &normal(text))
     }
 
     /// Returns how sure the network is of a sentence: the least certainty of its actions, 0 where it finds none.

@@ -25,6 +25,8 @@ pub(super) struct Said {
     pub few: bool,
     /// True where the seconds are those of a way: "within two seconds", "take two seconds to".
     pub is_way: bool,
+    /// True for "hold it" and its kin.
+    pub holds: bool,
     /// True for "one arm" and its kin.
     pub one_hand: bool,
     /// True for "the same amount" as before.
@@ -88,6 +90,9 @@ pub(super) fn said(words: &[String]) -> Said {
         "head" | "eye" | "face" => Some(115),
         _ => None,
     });
+    if let Some(two) = height.filter(|_| out.level.is_some()) {
+        out.used.extend(two.iter().cloned());
+    }
     if let Some(at) = words.iter().position(|word| word == "halfway") {
         if words.get(at + 1).is_some_and(|next| next.ends_with("round")) {
             out.degrees.get_or_insert(180);
@@ -117,6 +122,10 @@ pub(super) fn said(words: &[String]) -> Said {
     }
     let has_word = |all: &[&str]| words.iter().any(|word| all.contains(&word.as_str()));
     extent(&mut out, words);
+    out.holds = has_word(&["hold", "holds", "holding"]);
+    if out.holds {
+        out.used.extend(["hold", "holds", "holding"].map(String::from));
+    }
     out.is_way =
         words.windows(4).any(|four| {
             let takes = four[3] == "to" && four[2] == "seconds";
@@ -206,6 +215,8 @@ fn extent(out: &mut Said, words: &[String]) {
         match own.as_str() {
             // "Jog for a bit" is as long as anybody jogs.
             "bit" | "tad" | "smidge" if before(1) == "a" && before(2) == "for" => {}
+            // "A bit of a show" is no size.
+            "bit" if word(at + 1) == "of" => {}
             "bit" | "tad" | "smidge" if ["a", "little"].contains(&before(1)) => out.few = true,
             // "A little" at the end, or before what is no thing.
             "little" if before(1) == "a" && AFTER.contains(&word(at + 1)) => out.few = true,
@@ -235,13 +246,14 @@ fn adverb(out: &mut Said, word: &str) -> bool {
     match word {
         "slowly" | "slow" | "slower" | "leisurely" | "unhurriedly" | "calmly" | "gradually" | "sluggishly"
         | "lazily" | "amble" | "ambles" | "ambling" | "saunter" | "saunters" | "sauntering" | "stroll" | "strolls"
-        | "strolling" | "dawdle" | "dawdles" | "dawdling" | "mosey" | "gingerly" | "patiently" | "serenely" => {
+        | "strolling" | "dawdle" | "dawdles" | "dawdling" | "mosey" | "gingerly" | "patiently" | "serenely" | "carefully" | "careful" | "elegantly"
+        | "gracefully" | "solemnly" | "respectfully" | "smoothly" | "relaxed" | "casually" | "thoughtfully" => {
             out.speed = Some(Speed::Slow);
         }
         "quickly" | "fast" | "rapidly" | "briskly" | "hastily" | "swiftly" | "quick" | "hurriedly" | "speedily"
         | "faster" | "brisk" | "rapid" | "hurry" | "frantically" | "wildly" | "energetic" | "scurry" | "scurries"
         | "scurrying" | "scamper" | "scampers" | "scampering" | "hustle" | "hustles" | "hustling" | "rush"
-        | "rushes" | "rushing" | "snappy" | "abruptly" | "suddenly" | "sharply" => out.speed = Some(Speed::Fast),
+        | "rushes" | "rushing" | "snappy" | "abruptly" | "suddenly" | "sharply" | "urgently" | "hasty" | "panic" | "panicky" => out.speed = Some(Speed::Fast),
         "widely" | "wide" | "wider" | "large" | "larger" | "big" | "bigger" | "huge" | "vigorous" | "exaggerated"
         | "broadly" | "deeply" | "deep" | "far" | "expansively" | "hugely" | "vigorously" | "generously"
         | "dramatically" | "gusto" | "heartily" | "forcefully" | "theatrically" | "powerfully" => {
@@ -253,19 +265,28 @@ fn adverb(out: &mut Said, word: &str) -> bool {
             out.size = Some(Size::Small);
         }
         "sadly" | "sad" | "dejectedly" | "dejected" | "gloomily" | "depressed" | "unhappily" | "sorrowfully"
-        | "unhappy" | "miserably" => out.mood = Some(Mood::Sad),
-        "proudly" | "proud" | "confidently" | "haughtily" | "triumphantly" | "confident" | "arrogantly" => {
+        | "unhappy" | "miserably" | "miserable" | "heartbroken" | "sorrow" | "grief" | "mournfully" | "glum" | "glumly"
+        | "downcast" | "disappointed" | "crestfallen" | "hopelessly" | "sadness" | "sulkily" | "despair" => out.mood = Some(Mood::Sad),
+        "proudly" | "proud" | "confidently" | "haughtily" | "triumphantly" | "confident" | "arrogantly" | "arrogant"
+        | "smugly" | "smug" | "cocky" | "pride" | "majestically" | "regally" | "pompously" | "boldly" | "swagger"
+        | "swaggers" | "swaggering" | "triumphant" | "dignified" | "dignity" => {
             out.mood = Some(Mood::Proud);
         }
         "angrily" | "angry" | "furiously" | "furious" | "aggressively" | "aggressive" | "fiercely" | "madly"
-        | "mad" | "annoyed" | "irritably" | "violently" | "rage" => out.mood = Some(Mood::Angry),
+        | "mad" | "annoyed" | "irritably" | "violently" | "rage" | "anger" | "grumpy" | "grumpily" | "frustrated" | "fury"
+        | "enraged" | "crossly" | "livid" | "impatiently" => out.mood = Some(Mood::Angry),
         "happily" | "happy" | "joyfully" | "joyful" | "cheerfully" | "cheerful" | "excitedly" | "excited"
         | "enthusiastically" | "enthusiastic" | "merrily" | "gleefully" | "delighted" | "playfully" | "playful"
-        | "energetically" | "lively" => out.mood = Some(Mood::Happy),
+        | "energetically" | "lively" | "joy" | "joyous" | "joyously" | "glee" | "delight" | "enthusiasm" | "ecstatic"
+        | "ecstatically" | "thrilled" | "elated" | "overjoyed" | "bouncy" | "bubbly" | "jolly" | "upbeat" | "cheery"
+        | "excitement" | "happiness" | "lightheartedly" => out.mood = Some(Mood::Happy),
         "tiredly" | "tired" | "wearily" | "weary" | "exhausted" | "exhaustedly" | "sleepily" | "sleepy"
-        | "drowsily" | "fatigued" | "listlessly" => out.mood = Some(Mood::Tired),
+        | "drowsily" | "fatigued" | "listlessly" | "halfheartedly" | "halfhearted" | "reluctantly" | "bored"
+        | "unenthusiastically" | "limply" | "lethargically" | "exhaustion" | "apathetically" | "grudgingly" => out.mood = Some(Mood::Tired),
         "fearfully" | "afraid" | "scared" | "nervously" | "nervous" | "timidly" | "timid" | "anxiously" | "anxious"
-        | "frightened" | "shyly" | "shy" | "hesitantly" | "terrified" => out.mood = Some(Mood::Afraid),
+        | "frightened" | "shyly" | "shy" | "hesitantly" | "terrified" | "suspicious" | "suspiciously" | "warily"
+        | "cautiously" | "cautious" | "sheepishly" | "embarrassed" | "awkwardly" | "worried" | "fear" | "insecurely"
+        | "bashfully" | "uneasily" | "tentatively" => out.mood = Some(Mood::Afraid),
         _ => return false,
     }
     true
@@ -282,6 +303,10 @@ fn numbered(out: &mut Said, words: &[String], at: usize) -> bool {
         ("couple", _) => out.count = Some(2),
         ("few", "steps" | "times") => out.count = Some(3),
         ("several", "steps" | "times") => out.count = Some(4),
+        // "One and a half turns".
+        (_, "turn" | "turns" | "rotation" | "rotations" | "spin" | "spins" | "pirouettes") if is_part(word) => {
+            out.degrees = number(word).map(|turns| (360.0 * turns).round() as u32);
+        }
         ("quarter", _) => out.degrees = Some(90),
         ("half", "turn" | "circle" | "way") => out.degrees = Some(180),
         ("half", "a") if words.get(at + 2).is_some_and(|w| w == "turn" || w == "circle") => out.degrees = Some(180),
@@ -322,6 +347,11 @@ fn numbered(out: &mut Said, words: &[String], at: usize) -> bool {
         }
     }
     true
+}
+
+/// Returns whether a word is a number that is not whole.
+fn is_part(word: &str) -> bool {
+    number(word).is_some_and(|value| (value - value.round()).abs() > 1e-6)
 }
 
 /// Returns whether a number with seconds is a decade: "like in the 80s", "an 80s dance".

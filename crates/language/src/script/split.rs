@@ -18,7 +18,7 @@ pub(in crate::script) enum Join {
 }
 
 /// Words that join, as they are in normal text; longer ones first.
-const JOINS: [(&str, Join); 57] = [
+const JOINS: [(&str, Join); 63] = [
     ("and at the same time", Join::While),
     ("while at the same time", Join::While),
     ("at the same time", Join::While),
@@ -59,6 +59,12 @@ const JOINS: [(&str, Join); 57] = [
     ("and finally", Join::Then),
     ("finally", Join::Then),
     ("and next", Join::Then),
+    ("and starts to", Join::Then),
+    ("and start to", Join::Then),
+    ("and begins to", Join::Then),
+    ("and begin to", Join::Then),
+    ("and ends with", Join::Then),
+    ("and end with", Join::Then),
     ("next", Join::Then),
     ("followed by", Join::Then),
     ("before finally", Join::Then),
@@ -82,7 +88,7 @@ const JOINS: [(&str, Join); 57] = [
 pub(super) fn normal(text: &str) -> Vec<String> {
     let mut out = String::new();
     let mut before = ' ';
-    for c in with_plain_numbers(&text.to_lowercase()).chars() {
+    for c in with_plain_numbers(&without_list_numbers(&text.to_lowercase())).chars() {
         match c {
             '.' | ';' | '!' | '?' | ':' => {
                 // A point between digits is part of the number.
@@ -128,8 +134,50 @@ pub(super) fn normal(text: &str) -> Vec<String> {
     with_units(with_digits(without_frame(&words)))
 }
 
-/// Phrases with words that join elsewhere, and units of several words, as one word; longer ones first.
-const ONE_WORD: [(&str, &str); 19] = [
+/// Returns text with the numbers of a list as full stops: "1. squat 2) jump". A list has a first and a second item.
+fn without_list_numbers(text: &str) -> String {
+    let text = text.replace("w/o ", "without ").replace("w/ ", "with ");
+    let item = |number: u32| [format!("{number}. "), format!("{number}) ")].into_iter().find(|item| text.contains(item));
+    if item(1).is_none() || item(2).is_none() {
+        return text;
+    }
+    let items = (1..30).map_while(item);
+    items.fold(text.clone(), |text, item| text.replacen(&item, ". ", 1))
+}
+
+/// Phrases with words that join elsewhere, units and manners of several words, as one word; longer ones first.
+const ONE_WORD: [(&str, &str); 50] = [
+    ("like you dont really mean it", "halfheartedly"),
+    ("like you dont mean it", "halfheartedly"),
+    ("as if you dont really mean it", "halfheartedly"),
+    ("as if you dont mean it", "halfheartedly"),
+    ("without really meaning it", "halfheartedly"),
+    ("without meaning it", "halfheartedly"),
+    ("without any energy", "halfheartedly"),
+    ("without energy", "halfheartedly"),
+    ("as if nobody is watching", "wildly"),
+    ("like nobody is watching", "wildly"),
+    ("like nobodys watching", "wildly"),
+    ("like no one is watching", "wildly"),
+    ("as if no one is watching", "wildly"),
+    ("over the top", "theatrically"),
+    ("like you own the place", "proudly"),
+    ("like a king", "proudly"),
+    ("like a queen", "proudly"),
+    ("like a boss", "proudly"),
+    ("youre late", "hurriedly"),
+    ("you are late", "hurriedly"),
+    ("u are late", "hurriedly"),
+    ("late for work", "hurriedly"),
+    ("late for the train", "hurriedly"),
+    ("late for the bus", "hurriedly"),
+    ("in a rush", "hurriedly"),
+    ("in a hurry", "hurriedly"),
+    ("like on ice", "cautiously"),
+    ("as if on ice", "cautiously"),
+    ("like walking on ice", "cautiously"),
+    ("as if walking on ice", "cautiously"),
+    ("on thin ice", "cautiously"),
     ("for a little while", "awhile"),
     ("for a good while", "awhile"),
     ("for a long while", "awhile"),
@@ -259,6 +307,11 @@ pub(super) fn pieces(words: &[String]) -> Vec<(Join, Vec<String>)> {
         // With two pieces or more, what stood last is done first.
         let (_, last) = all.pop().unwrap_or((Join::Then, Vec::new()));
         all.insert(0, (Join::Then, last));
+    }
+    // The last of a list is one more of it: "wave, bow, and clap".
+    let commas = all.iter().filter(|(join, _)| *join == Join::Comma).count();
+    if let Some((join @ Join::And, _)) = all.last_mut().filter(|_| commas > 0) {
+        *join = Join::Comma;
     }
     if all[0].0 == Join::While {
         all[0].0 = Join::Then;

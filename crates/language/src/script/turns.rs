@@ -13,6 +13,9 @@ const TURN: f64 = 6.0;
 const MOST_TURNS: u32 = 24;
 /// Duration of a walk of which only the pace is said, and its longest way (s, m).
 const PACED: [f64; 2] = [5.0, 4.0];
+/// Fastest pace (m/s) and longest way (m) that a motion here has.
+const FASTEST: f64 = 3.0;
+const FARTHEST: f64 = 30.0;
 
 impl Reader<'_> {
     /// Returns the walk ahead for "walk back" after somebody has turned around.
@@ -79,6 +82,16 @@ impl Reader<'_> {
             && is_plain
             && self.grammar.verb(&gait.verb).is_ok_and(goes)
     }
+}
+
+/// Returns the reason why a pace or a way is impossible, where it is.
+pub(super) fn beyond(verb: &Verb, said: &Said) -> Option<String> {
+    let pace = said.pace.filter(|pace| *pace > FASTEST && verb.acts == Acts::Feet);
+    if let Some(pace) = pace {
+        return Some(format!("{pace:.1} m/s is faster than its legs go (at most {FASTEST} m/s)"));
+    }
+    let far = said.metres.filter(|metres| *metres > FARTHEST && verb.acts == Acts::Feet)?;
+    Some(format!("{far} m is farther than a motion here goes (at most {FARTHEST} m)"))
 }
 
 /// Returns what is said with a pace as a way in a time: 0.4 m/s for 5 s are 2 m.

@@ -66,6 +66,11 @@ impl Learned {
         Ok(Self { network, packed: OnceLock::new(), meanings: network.labels.iter().map(taken).collect() })
     }
 
+    /// Returns whether the network was trained on a verb, given by its number in the grammar.
+    pub fn knows(&self, verb: usize) -> bool {
+        self.meanings.contains(&Some(Taken::For(Meaning::Verb(verb))))
+    }
+
     /// Returns the actions that a sentence asks for, in the order in which they are done.
     pub fn read(&self, words: &[String]) -> Vec<Stretch> {
         let spans = self.network.spans(self.packed.get_or_init(|| self.network.packed()), words);
@@ -81,6 +86,11 @@ impl Learned {
             let inside = &words[span.words.start..end];
             let Some((taken, certainty)) = self.taken(span) else { continue };
             let mut stretch = Stretch { join: join(between, inside), words: inside.to_vec(), taken, certainty };
+            // The last of a list is one more of it: "wave, bow, and clap".
+            let is_list = out.iter().any(|one| one.join == Join::Comma) || between.iter().any(|word| word == ",");
+            if stretch.join == Join::And && is_list {
+                stretch.join = Join::Then;
+            }
             // "Walk, stop, and salute" is one after the other.
             let stops = out.last().and_then(|last| last.words.last()).is_some_and(|word| word.starts_with("stop"));
             if stops && stretch.join == Join::And {
@@ -138,6 +148,7 @@ fn join(between: &[String], inside: &[String]) -> Join {
     const DURING: [&str; 6] = ["while", "whilst", "as", "during", "meanwhile", "simultaneously"];
     match () {
         () if has(&DURING) || DURING.contains(&first) || has_at_once(between) => Join::While,
+        () if has(&["start", "starts", "begin", "begins"]) => Join::Then,
         () if has(&["then", "|", "next", "after", "afterwards", "finally", "before", "followed", "once", "until"]) => {
             Join::Then
         }

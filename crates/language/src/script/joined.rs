@@ -1,0 +1,147 @@
+//! Two actions at once, or one after the other.
+
+use super::limbs::is_above;
+use super::reader::{Reader, name};
+use super::said::said;
+use super::split::Join;
+use super::{Clause, Script};
+use crate::facts::{Action, Side};
+use crate::grammar::{Acts, Verb};
+
+/// Gestures that nobody does while walking up to something.
+const STANDING: [&str; 8] = ["shake_hands", "knock", "high_five", "press_button", "drink", "eat", "pour", "give"];
+
+/// Movements of the body on the spot that go on.
+const SWAYING: [&str; 6] = ["sway", "bounce", "shift_weight", "hip_circles", "step_touch", "hold_squat"];
+/// Repetitions of "some squats".
+const SOME: u32 = 3;
+
+impl Reader<'_> {
+    /// Puts one repetition where nobody says how often, for verbs that people do once.
+    pub(super) fn once(&self, mut script: Script) -> Script {
+        for clause in script.clauses.iter_mut().filter(|clause| clause.seconds.is_none()) {
+            let alone = clause.actions.len() == 1;
+            for action in clause.actions.iter_mut().filter(|action| action.count.is_none() && action.metres.is_none()) {
+                let Ok(verb) = self.grammar.verb(&action.verb) else { continue };
+                // A gesture beside a walk goes on.
+                let is_whole = alone || !matches!(verb.acts, Acts::Hand | Acts::Hands);
+                if let Some(rule) = verb.count.filter(|_| verb.once && is_whole) {
+                    action.count = Some(rule.per_cycle + rule.extra);
+                }
+            }
+        }
+        let lacking = script.clauses.iter().flat_map(|clause| &clause.actions);
+        let lacking = lacking.filter_map(|action| self.grammar.verb(&action.verb).ok());
+        let mut notes: Vec<String> = lacking.filter_map(without).collect();
+        notes.dedup();
+        script.notes.extend(notes);
+        script
+    }
+
+    /// Returns how often "a step left", "some squats" or "do squats" are done, where no number is said.
+    pub(super) fn some(&self, verb: &Verb, words: &[String]) -> Option<u32> {
+        const DOING: [&str; 9] =
+            ["do", "does", "doing", "some", "several", "few", "perform", "practice", "throw"];
+        const LIMBS: [&str; 7] = ["arms", "hands", "legs", "feet", "knees", "toes", "sides"];
+        let is_plural = |word: &String| {
+            word.ends_with('s') && self.phrases.base(word) != *word && !LIMBS.contains(&word.as_str())
+        };
+        // "Step left, step right": a step each.
+        let steps = ["walk_sideways", "step_forward", "step_back"].contains(&verb.name.as_str());
+        let is_one = words.iter().any(|word| word == "step") && !words.iter().any(|word| word == "side");
+        if steps && is_one && said(words).metres.is_none() {
+            return Some(1);
+        }
+        let does = words.iter().position(|word| DOING.contains(&word.as_str()))?;
+        (verb.once && words[does + 1..].iter().any(is_plural)).then_some(SOME)
+    }
+
+    /// Appends an action: to the last clause where it is done at once with it. `free`: nobody said the side of the last
+    /// action, and of this one.
+    pub(super) fn add(
+        &self,
+        script: &mut Script,
+        join: Join,
+        action: Action,
+        seconds: Option<f64>,
+        times: u32,
+        free: [bool; 2],
+    ) {
+        let with_last = match join {
+            Join::While => true,
+            // "Walks and waves" is at once; "takes two steps and waves" is not.
+            Join::And => script.clauses.last().is_some_and(|last| {
+                let open =
+                    last.actions.iter().all(|a| a.count.is_none() && a.degrees.is_none()) && last.seconds.is_none();
+                open && times == 1
+                    && action.degrees.is_none()
+                    && self.goes_along(&last.actions, &action)
+                    && self.at_once(&last.actions, &action, [false; 2]).is_some()
+            }),
+            _ => false,
+        };
+        let pair = script.clauses.last().filter(|_| with_last).map(|last| self.at_once(&last.actions, &action, free));
+        match (pair, script.clauses.last_mut()) {
+            (Some(Some(pair)), Some(last)) => {
+                last.actions = pair;
+                last.seconds = last.seconds.or(seconds);
+            }
+            (Some(None), Some(last)) if times == 1 && self.turns_between(last, &action, seconds) => {
+                // "A U-turn while walking" is between two ways.
+                let gait = if self.is_turn(&action) { last.actions[0].clone() } else { action.clone() };
+                let turn = if self.is_turn(&action) { action } else { last.actions[0].clone() };
+                script.notes.push(format!("'{}' is done between two ways", turn.verb.replace('_', " ")));
+                *last = Clause { actions: vec![gait.clone()], ..last.clone() };
+                for action in [turn, gait] {
+                    script.clauses.push(Clause { actions: vec![action], seconds: None, rise: None, times: 1 });
+                }
+            }
+            (Some(None), Some(last)) => {
+                let text = |action: &Action| action.verb.replace('_', " ");
+                let before: Vec<String> = last.actions.iter().map(text).collect();
+                script.notes.push(format!(
+                    "'{}' cannot be done during '{}': it follows",
+                    text(&action),
+                    before.join(" and ")
+                ));
+                script.clauses.push(Clause { actions: vec![action], seconds, rise: None, times });
+            }
+            _ => script.clauses.push(Clause { actions: vec![action], seconds, rise: None, times }),
+        }
+    }
+
+    /// Returns whether "and" is at once: a gesture and a walk, or the head and anything.
+    fn goes_along(&self, before: &[Action], action: &Action) -> bool {
+        let verbs: Vec<&Verb> = before.iter().chain([action]).filter_map(|a| self.grammar.verb(&a.verb).ok()).collect();
+        let gestures = |verb: &&Verb| verb.arms && !STANDING.contains(&verb.name.as_str());
+        let goes_on = |verb: &&Verb| verb.carries || SWAYING.contains(&verb.name.as_str());
+        verbs.iter().any(|verb| verb.acts == Acts::Head) || verbs.iter().any(goes_on) && verbs.iter().any(gestures)
+    }
+
+    /// Returns two actions that other limbs do, the upper one first; nothing where they need the same limb. Of two
+    /// gestures, one whose side is free is done with the other hand.
+    fn at_once(&self, before: &[Action], action: &Action, free: [bool; 2]) -> Option<Vec<Action>> {
+        let [one] = before else { return None };
+        let verbs = [one, action].map(|a| self.grammar.verb(&a.verb).ok());
+        let [Some(a), Some(b)] = verbs else { return None };
+        let (mut one, mut action) = (one.clone(), action.clone());
+        let of_hands = |verb: &Verb| matches!(verb.acts, Acts::Hand | Acts::Hands);
+        if of_hands(a) && of_hands(b) && one.side == action.side {
+            match free {
+                [_, true] => action.side = action.side.map(Side::mirrored),
+                [true, false] => one.side = one.side.map(Side::mirrored),
+                _ => {}
+            }
+        }
+        if is_above((a, &one), (b, &action)) {
+            return Some(vec![one, action]);
+        }
+        is_above((b, &action), (a, &one)).then(|| vec![action, one])
+    }
+}
+
+/// Returns a note on what a robot lacks for a verb.
+fn without(verb: &Verb) -> Option<String> {
+    let lacks = verb.lacks.as_ref()?;
+    Some(format!("'{}' is shown by the arm alone: the robot lacks {lacks}", name(verb)))
+}
