@@ -32,7 +32,7 @@ pub use reading::Reading;
 
 use crate::error::LanguageError;
 use crate::facts::{Action, Direction, Facts, Relation, Side, Size, Speed};
-use crate::grammar::Grammar;
+use crate::grammar::{Grammar, Show};
 
 /// Returns the words of all phrases of a grammar and of the lexicon, those that say little left out.
 ///
@@ -153,6 +153,13 @@ impl Script {
             }
         }
         changed
+    }
+
+    /// Returns whether an action needs a time without any foot on the ground.
+    pub fn leaves_the_ground(&self, grammar: &Grammar) -> bool {
+        let actions = self.clauses.iter().flat_map(|clause| &clause.actions);
+        let mut verbs = actions.filter_map(|action| grammar.verb(&action.verb).ok());
+        verbs.any(|verb| verb.shows.contains(&Show::Flight))
     }
 
     /// Leaves out what cannot be done where something else can, and notes it.

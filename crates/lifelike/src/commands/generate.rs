@@ -154,7 +154,8 @@ pub struct Args {
     /// robot to stay on its feet.
     #[arg(long, group = "tracked")]
     pub project: bool,
-    /// The controller of --physics, --project and --by physics; a name, a file, or the robot's own that comes with the program where not given.
+    /// The controller of --physics, --project and --by physics; a name, a file, or the robot's own that comes with the program where not given
+    /// (for jumps another one, where it has one).
     #[arg(long)]
     pub policy: Option<PathBuf>,
     /// Folder of that page; beside the output where not given.
@@ -222,7 +223,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         let text = format!("--by critic: '{}' has no critic in assets/; name one with --critic", robot.name);
         return Err(CliError::Usage(text));
     }
-    let player = tracked.then(|| Player::new(args.policy.as_deref(), &robot, &args.robot, &args.physics));
+    let jumps = matches!(scripts.as_slice(), [script] if script.leaves_the_ground(&grammar));
+    let jumping = shipped::that_jumps(&robot).filter(|_| jumps && args.policy.is_none());
+    let policy = args.policy.clone().or(jumping.map(|network| PathBuf::from(network.stem())));
+    let player = tracked.then(|| Player::new(policy.as_deref(), &robot, &args.robot, &args.physics));
     let player = player.transpose()?;
     let mut made = Vec::with_capacity(jobs.len());
     let mut first_clip = None;
@@ -351,7 +355,9 @@ impl Played {
     fn next(&self, args: &Args, robot: &Robot, made: &[Made]) -> String {
         let Some(first) = made.first() else { return String::new() };
         let shipped = || shipped::name_of(robot).map_or_else(|| self.policy.clone(), PathBuf::from);
-        let policy = args.policy.clone().unwrap_or_else(shipped);
+        let jumping = shipped::that_jumps(robot).filter(|network| self.policy.ends_with(network.file));
+        let jumping = jumping.map(|network| PathBuf::from(network.stem()));
+        let policy = args.policy.clone().or(jumping).unwrap_or_else(shipped);
         let eval = NextCommand::new("eval").path("--policy", &policy).robot(&args.robot);
         let eval = eval.word("--motions").word(first.files[0].display()).word("--explain");
         format!("next: {}\n", eval.word("-o").word("runs/explained"))
