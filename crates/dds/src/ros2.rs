@@ -143,6 +143,9 @@ impl Ros2 {
         }
         into.orientation = imu.orientation.map(|x| x as f32);
         into.gyroscope_b = imu.angular_velocity.map(|x| x as f32);
+        // Drivers leave at zero what they do not measure.
+        let is_measured = imu.linear_acceleration != [0.0; 3];
+        into.accelerometer_b = imu.linear_acceleration.map(|x| if is_measured { x as f32 } else { f32::NAN });
         self.sequence = self.sequence.wrapping_add(1);
         into.sequence = self.sequence;
         // A driver may leave its time at zero.

@@ -17,13 +17,15 @@ pub struct JointState {
     pub effort: Vec<f64>,
 }
 
-/// `sensor_msgs/msg/Imu`, without covariances and acceleration.
+/// `sensor_msgs/msg/Imu`, without covariances.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Imu {
     /// Orientation (`wxyz`; ROS sends `xyzw`).
     pub orientation: [f64; 4],
     /// Angular velocity (rad/s).
     pub angular_velocity: [f64; 3],
+    /// Specific force (m/s²).
+    pub linear_acceleration: [f64; 3],
 }
 
 /// `trajectory_msgs/msg/JointTrajectory` with one point of positions, to reach from now on.
@@ -89,8 +91,9 @@ impl Imu {
         to.all(&[x, y, z, w]);
         to.all(&[0.0; 9]);
         to.all(&self.angular_velocity);
-        // Covariance of the angular velocity, acceleration and its covariance.
-        to.all(&[0.0; 21]);
+        to.all(&[0.0; 9]);
+        to.all(&self.linear_acceleration);
+        to.all(&[0.0; 9]);
     }
 
     /// Reads a message; `None` for anything else.
@@ -100,8 +103,10 @@ impl Imu {
         let [x, y, z, w] = from.all()?;
         from.all::<f64, 9>()?;
         let angular_velocity = from.all()?;
-        from.all::<f64, 21>()?;
-        Some(Self { orientation: [w, x, y, z], angular_velocity })
+        from.all::<f64, 9>()?;
+        let linear_acceleration = from.all()?;
+        from.all::<f64, 9>()?;
+        Some(Self { orientation: [w, x, y, z], angular_velocity, linear_acceleration })
     }
 }
 
@@ -155,7 +160,8 @@ mod tests {
         assert_eq!(bytes[..17], [0, 1, 0, 0, 3, 0, 0, 0, 7, 0, 0, 0, 1, 0, 0, 0, 0]);
         assert_eq!(bytes[20..33], *b"\x02\0\0\0\x05\0\0\0knee\0");
         assert_eq!(JointState::read(&bytes), Some(state()));
-        let imu = Imu { orientation: [0.5, 0.1, 0.2, 0.3], angular_velocity: [1.0, 2.0, 3.0] };
+        let (orientation, angular_velocity) = ([0.5, 0.1, 0.2, 0.3], [1.0, 2.0, 3.0]);
+        let imu = Imu { orientation, angular_velocity, linear_acceleration: [4.0, 5.0, 6.0] };
         imu.write(5, &mut bytes);
         assert_eq!(Imu::read(&bytes), Some(imu));
         let joint_names = state().name;

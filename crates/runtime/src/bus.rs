@@ -46,6 +46,8 @@ pub struct Measurement {
     pub orientation: [f32; 4],
     /// Root angular velocity (rad/s, frame of the root).
     pub gyroscope_b: [f32; 3],
+    /// Specific force at the root (m/s², frame of the root): gravity's reaction at rest; NaN where it is not measured.
+    pub accelerometer_b: [f32; 3],
     /// Supply voltage (V); NaN where it is not measured.
     pub battery: f32,
     /// Joint positions, `[J]` (rad).
@@ -69,6 +71,7 @@ impl Measurement {
             stop: false,
             orientation: [1.0, 0.0, 0.0, 0.0],
             gyroscope_b: [0.0; 3],
+            accelerometer_b: [f32::NAN; 3],
             battery: f32::NAN,
             position: vec![0.0; joints],
             velocity: vec![0.0; joints],
@@ -87,10 +90,10 @@ impl Measurement {
         self.velocity.copy_from_slice(&other.velocity);
         self.torque.copy_from_slice(&other.torque);
         self.temperature.copy_from_slice(&other.temperature);
-        let Self { sequence, clock, stop, orientation, gyroscope_b, battery, external, .. } = *other;
+        let Self { sequence, clock, stop, orientation, gyroscope_b, accelerometer_b, battery, external, .. } = *other;
         (self.sequence, self.clock, self.stop) = (sequence, clock, stop);
-        (self.orientation, self.gyroscope_b, self.battery, self.external) =
-            (orientation, gyroscope_b, battery, external);
+        (self.orientation, self.gyroscope_b, self.accelerometer_b) = (orientation, gyroscope_b, accelerometer_b);
+        (self.battery, self.external) = (battery, external);
     }
 
     /// Returns the first number that is needed and not finite: its name and joint.

@@ -14,6 +14,8 @@ pub struct Config {
     pub interpolation: f64,
     /// Largest speed of targets while standing up (rad/s).
     pub stand_rate: f64,
+    /// Estimate the root's state by IMU and legs for policies that see it, where the machine does not send it.
+    pub estimate_root: bool,
     /// Lengths of the phases.
     pub durations: Durations,
     /// Limits of the gate.
@@ -26,6 +28,7 @@ impl Default for Config {
             command_hz: 1000.0,
             interpolation: 0.25,
             stand_rate: 1.5,
+            estimate_root: true,
             durations: Durations::default(),
             limits: LimitSettings::default(),
         }

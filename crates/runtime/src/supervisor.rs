@@ -7,6 +7,7 @@ use lifelike_robot::{Alignment, Controller, ControllerState, GetUpScript, Measur
 use crate::bus::Measurement;
 use crate::config::Config;
 use crate::error::RuntimeError;
+use crate::estimator::StateEstimator;
 use crate::gate::{Gate, Intent, Limits, Mode, SafeCommand, Trip};
 use crate::motions::Playlist;
 use crate::phase::{Phase, Request, Situation};
@@ -33,6 +34,8 @@ pub struct Supervisor {
     pose: Vec<f32>,
     steps: u64,
     failed: Option<RobotError>,
+    /// Estimator of the root's state, where the policy sees it.
+    estimator: Option<StateEstimator>,
     /// Script that gets up after a fall, where there is one.
     rescue: Option<Rescue>,
 }
@@ -46,7 +49,9 @@ impl Supervisor {
         config.check()?;
         let robot = controller.robot();
         let joints = robot.joints();
+        let estimates = config.estimate_root && StateEstimator::is_needed_by(&controller);
         Ok(Self {
+            estimator: if estimates { StateEstimator::new(robot) } else { None },
             state: ControllerState::new(&controller),
             gate: Gate::new(Limits::of(robot, config.limits.clone())?, config.command_hz),
             ticks_per_step: config.ticks_per_step(robot.control_hz)?,
@@ -132,7 +137,11 @@ impl Supervisor {
 
     /// Takes a packet that arrived at `now` (ns).
     pub fn receive(&mut self, now: u64, packet: &Measurement) {
-        self.gate.receive(now, packet);
+        if self.gate.receive(now, packet)
+            && let Some(estimator) = self.estimator.as_mut().filter(|_| packet.external.is_none())
+        {
+            estimator.receive(packet);
+        }
     }
 
     /// Makes the command of one tick at `now` (ns).
@@ -266,11 +275,24 @@ impl Supervisor {
             joint_position: &packet.position,
             joint_velocity: &packet.velocity,
             root_orientation: packet.orientation,
-            root_position: packet.external.map(|external| external.position),
-            linear_velocity_w: packet.external.map(|external| external.linear_velocity_w),
             ..MeasuredState::default()
         };
-        let measured = measured.with_gyroscope(packet.gyroscope_b);
+        let estimate = self.estimator.as_ref().and_then(StateEstimator::estimate);
+        let measured = match (packet.external, estimate) {
+            (None, Some(estimate)) => MeasuredState {
+                root_orientation: estimate.orientation,
+                root_position: Some(estimate.position),
+                linear_velocity_w: Some(estimate.linear_velocity_w),
+                ..measured
+            }
+            .with_gyroscope(estimate.angular_velocity_b),
+            (external, _) => MeasuredState {
+                root_position: external.map(|external| external.position),
+                linear_velocity_w: external.map(|external| external.linear_velocity_w),
+                ..measured
+            }
+            .with_gyroscope(packet.gyroscope_b),
+        };
         if self.motions.next_part() {
             let root = self.motions.player().present_root();
             let place = measured.root_position.unwrap_or(root.position);

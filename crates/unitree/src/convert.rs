@@ -98,6 +98,7 @@ pub fn measure(state: &LowState, motors: &Motors, tick_step: u32, into: &mut Mea
     into.clock = u64::from(state.tick) * 1_000_000;
     into.orientation = state.imu_state.quaternion;
     into.gyroscope_b = state.imu_state.gyroscope;
+    into.accelerometer_b = state.imu_state.accelerometer;
     let [.., first, second] = [0, 1, 2, 3].map(|i| state.wireless_remote[i]);
     into.stop = first & REMOTE_L2 != 0 && second & REMOTE_B != 0;
     into.external = None;

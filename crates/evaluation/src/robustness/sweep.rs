@@ -24,11 +24,11 @@ pub fn sweep(
     mut progress: impl FnMut(&str, usize, usize),
 ) -> Result<Robustness, EvaluationError> {
     let plain = EvaluationSuite::new(setup, clips, &options.evaluation)?;
-    let total: usize = options.disturbances.iter().map(|d| d.sizes(options.few).len()).sum();
+    let total: usize = options.disturbances.iter().map(|d| options.sizes_of(*d).len()).sum();
     let (mut before, mut engine, mut curves, mut rollouts) = (0, String::new(), Vec::new(), Vec::new());
     for &disturbance in &options.disturbances {
         let trial = Trial { setup, clips, options, plain: &plain, disturbance };
-        let sizes = disturbance.sizes(options.few);
+        let sizes = options.sizes_of(disturbance);
         let (mut points, mut seen) = (Vec::new(), Seen::default());
         for (k, &size) in sizes.iter().enumerate() {
             let label = format!("{} {size} {}", disturbance.name(), disturbance.unit());

@@ -17,6 +17,7 @@ use lifelike_sim::testing::{Followers, robot};
 
 fn run(width: usize) -> Robustness {
     let options = RobustnessOptions {
+        sizes: Vec::new(),
         seed: 7,
         few: true,
         disturbances: Disturbance::ALL.to_vec(),

@@ -47,6 +47,9 @@ pub struct Args {
     /// Standard deviation of joint positions (rad); other sensors in proportion.
     #[arg(long, default_value_t = 0.0)]
     pub noise: f32,
+    /// Bias of the gyroscope's axes (rad/s); the accelerometer has ten times (m/s²).
+    #[arg(long, default_value_t = 0.0)]
+    pub imu_bias: f32,
     /// Random seed of noise, jitter and loss.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -87,6 +90,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     within("jitter", args.jitter, 10_000.0)?;
     within("loss", args.loss, 1.0)?;
     within("noise", f64::from(args.noise), 1.0)?;
+    within("imu-bias", f64::from(args.imu_bias), 1.0)?;
     within("gantry", args.gantry, 1e6)?;
     let robot = Robot::load(&args.robot)?;
     let faults = args.fault.iter().cloned().map(|fault| fault.of(&robot)).collect::<Result<Vec<_>, _>>();
@@ -95,6 +99,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     args.physics.require_ready(&fine)?;
     let options = SensorOptions {
         noise: args.noise,
+        bias: args.imu_bias,
         seed: args.seed,
         battery: args.battery,
         has_external: args.external,

@@ -9,6 +9,8 @@ mod tests;
 
 use std::sync::Arc;
 
+use lifelike_character::rotation::from_wxyz;
+use lifelike_character::{Quat, Vec3};
 use lifelike_robot::{Profile, Robot};
 use lifelike_runtime::bus::External;
 use lifelike_runtime::udp::packet::Received;
@@ -36,8 +38,11 @@ const WATCHDOG: u64 = 100_000_000;
 /// Properties of a machine beside its physics.
 #[derive(Debug, Clone)]
 pub struct SensorOptions {
-    /// Standard deviation of joint positions (rad); velocities and gyroscope have ten times, orientation has half of it.
+    /// Standard deviation of joint positions (rad); velocities and gyroscope have ten times, the accelerometer fifty times (m/s²),
+    /// orientation has half of it.
     pub noise: f32,
+    /// Bias of each axis of the gyroscope (rad/s); the accelerometer has ten times (m/s²).
+    pub bias: f32,
     /// Seed of the noise.
     pub seed: u64,
     /// Voltage of the battery without load (V).
@@ -57,6 +62,8 @@ pub struct SimulatedRobot {
     command: Received,
     targets: Vec<f32>,
     heat: Vec<f32>,
+    /// Specific force at the root over the last step (m/s², its own frame).
+    force_b: Vec3,
     continuous: Vec<f32>,
     rng: ChaCha8Rng,
     sequence: u32,
@@ -86,6 +93,7 @@ impl SimulatedRobot {
             command: Received::new(joints),
             targets: vec![0.0; joints],
             heat: vec![0.0; joints],
+            force_b: Vec3::z() * robot.character.gravity.norm(),
             continuous: robot.continuous_torques().iter().map(|x| *x as f32).collect(),
             rng: lifelike_checkpoint::rng::stream(options.seed, "machine", 0, 0),
             sequence: 0,
@@ -172,17 +180,29 @@ impl SimulatedRobot {
             let weight = self.robot.character.mass() * self.robot.character.gravity.norm();
             self.simulation.push(0, root, [PUSH * weight as f32, 0.0, 0.0], [0.0; 3])?;
         }
+        let before = self.root();
         self.simulation.step(Drive::Targets(&self.targets))?;
         self.time += self.step;
         if self.is_held() {
             self.hold()?;
         }
+        let after = self.root();
+        let acceleration = (after.1 - before.1) / (self.step as f64 * 1e-9) - self.robot.character.gravity;
+        self.force_b = before.0.nlerp(&after.0, 0.5).inverse() * acceleration;
         let share = self.step as f32 * 1e-9 / THERMAL_TIME;
         let state = self.simulation.state();
         for (j, heat) in self.heat.iter_mut().enumerate() {
             *heat += (state.torque_squared[j] / self.continuous[j].powi(2) - *heat) * share;
         }
         Ok(())
+    }
+
+    /// Returns orientation and linear velocity (m/s, world) of the root.
+    fn root(&self) -> (Quat, Vec3) {
+        let state = self.simulation.state();
+        let (q, v) = (&state.root_orientation, &state.linear_velocity_w);
+        let orientation = from_wxyz([q[0], q[1], q[2], q[3]].map(f64::from)).unwrap_or_default();
+        (orientation, Vec3::new(v[0].into(), v[1].into(), v[2].into()))
     }
 
     fn is_held(&self) -> bool {
@@ -204,6 +224,7 @@ impl SimulatedRobot {
 
     /// Writes what its sensors say now; returns false for a packet that a fault swallows.
     pub fn measure(&mut self, into: &mut Measurement) -> bool {
+        let (root, _) = self.root();
         let state = self.simulation.state();
         let joints = state.joint_position.len();
         let rng = &mut self.rng;
@@ -225,10 +246,10 @@ impl SimulatedRobot {
         let norm = turned.iter().map(|x| x * x).sum::<f32>().sqrt();
         into.orientation = turned.map(|x| x / norm);
         let w = &state.angular_velocity_w;
-        let world = lifelike_character::Vec3::new(f64::from(w[0]), f64::from(w[1]), f64::from(w[2]));
-        let exact = lifelike_character::rotation::from_wxyz([q[0], q[1], q[2], q[3]].map(f64::from));
-        let local = exact.map_or(world, |root| root.inverse() * world);
-        into.gyroscope_b = [local.x, local.y, local.z].map(|x| noisy(x as f32, 10.0 * noise));
+        let local = root.inverse() * Vec3::new(f64::from(w[0]), f64::from(w[1]), f64::from(w[2]));
+        let (bias, force) = (self.options.bias, self.force_b);
+        into.gyroscope_b = [local.x, local.y, local.z].map(|x| noisy(x as f32 + bias, 10.0 * noise));
+        into.accelerometer_b = [force.x, force.y, force.z].map(|x| noisy(x as f32 + 10.0 * bias, 50.0 * noise));
         let three = |x: &[f32]| [x[0], x[1], x[2]];
         into.external = self.options.has_external.then(|| External {
             position: three(&state.root_position),

@@ -14,7 +14,7 @@ use super::{MemoryBus, SensorOptions, SimulatedRobot, stepwise};
 fn pushed(gets_up: bool, seconds: f64) -> (Vec<Phase>, Summary, f32) {
     let robot = Arc::new(Robot::load("lima").unwrap());
     let fine = Arc::new(stepwise(&robot).unwrap());
-    let options = SensorOptions { noise: 0.0005, seed: 1, battery: 24.0, has_external: false, gantry: 2.2 };
+    let options = SensorOptions { noise: 0.0005, bias: 0.0, seed: 1, battery: 24.0, has_external: false, gantry: 2.2 };
     let push = "push@4".parse::<super::Scheduled>().unwrap().of(&robot).unwrap();
     let simulation = SimulationSpec::new(1).build(fine).unwrap();
     let machine = SimulatedRobot::new(&robot, simulation, options).with_faults(vec![push]);

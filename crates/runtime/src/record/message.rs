@@ -21,6 +21,9 @@ pub struct MeasuredMessage {
     pub orientation: [Option<f32>; 4],
     /// Root angular velocity (rad/s, frame of the root).
     pub gyroscope: [Option<f32>; 3],
+    /// Specific force at the root (m/s², frame of the root).
+    #[serde(default)]
+    pub accelerometer: [Option<f32>; 3],
     /// Supply voltage (V).
     pub battery: Option<f32>,
     /// Joint positions (rad).
@@ -89,6 +92,7 @@ impl MeasuredMessage {
             stop: packet.stop,
             orientation: packet.orientation.map(finite),
             gyroscope: packet.gyroscope_b.map(finite),
+            accelerometer: packet.accelerometer_b.map(finite),
             battery: finite(packet.battery),
             position: all(&packet.position),
             velocity: all(&packet.velocity),
@@ -109,6 +113,7 @@ impl MeasuredMessage {
             stop: self.stop,
             orientation: self.orientation.map(number),
             gyroscope_b: self.gyroscope.map(number),
+            accelerometer_b: self.accelerometer.map(number),
             battery: number(self.battery),
             position: numbers(&self.position),
             velocity: numbers(&self.velocity),
@@ -130,7 +135,7 @@ pub(super) fn schema(topic: &str) -> serde_json::Value {
     let properties = match topic {
         super::MEASURED => json!({
             "time_ns": integer, "sequence": integer, "clock_ns": integer, "stop": { "type": "boolean" },
-            "orientation": numbers, "gyroscope": numbers, "battery": { "type": ["number", "null"] },
+            "orientation": numbers, "gyroscope": numbers, "accelerometer": numbers, "battery": { "type": ["number", "null"] },
             "position": numbers, "velocity": numbers, "torque": numbers, "temperature": numbers, "external": numbers,
         }),
         super::COMMAND => json!({

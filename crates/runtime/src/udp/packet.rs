@@ -12,21 +12,21 @@
 //! | 24 | | content |
 //! | last 4 | u32 | CRC-32 (IEEE) of everything before |
 //!
-//! A question has no content. Facts are JSON ([`Facts`]). A state is f32: orientation `wxyz`, gyroscope, battery (V), root
-//! position, root velocity, then position, velocity, torque and temperature of each joint. A command is f32: target, kp and
+//! A question has no content. Facts are JSON ([`Facts`]). A state is f32: orientation `wxyz`, gyroscope, accelerometer,
+//! battery (V), root position, root velocity, then position, velocity, torque and temperature of each joint. A command is f32: target, kp and
 //! kd of each joint. Fields that are not measured are NaN.
 
 use crate::bus::{External, Facts, Measurement};
 use crate::gate::{Mode, SafeCommand};
 
 /// Version of the layout.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 /// Largest packet (bytes).
 pub const MAX_BYTES: usize = 32 * 1024;
 const MAGIC: u32 = 0x424F_524C;
 const HEADER: usize = 24;
 const CRC: usize = 4;
-const STATE_NUMBERS: usize = 14;
+const STATE_NUMBERS: usize = 17;
 const STOP: u16 = 1;
 const EXTERNAL: u16 = 2;
 
@@ -114,6 +114,7 @@ pub fn write_state(state: &Measurement, out: &mut Vec<u8>) {
     begin(out, 3, state.sequence, state.position.len(), flags, state.clock);
     put(out, &state.orientation);
     put(out, &state.gyroscope_b);
+    put(out, &state.accelerometer_b);
     put(out, &[state.battery]);
     let external = state.external.unwrap_or(External { position: [f32::NAN; 3], linear_velocity_w: [f32::NAN; 3] });
     put(out, &external.position);
@@ -169,8 +170,9 @@ pub fn read_state(bytes: &[u8], into: &mut Measurement) -> bool {
     into.stop = flags & STOP != 0;
     into.orientation = [x(0), x(1), x(2), x(3)];
     into.gyroscope_b = [x(4), x(5), x(6)];
-    into.battery = x(7);
-    let external = External { position: [x(8), x(9), x(10)], linear_velocity_w: [x(11), x(12), x(13)] };
+    into.accelerometer_b = [x(7), x(8), x(9)];
+    into.battery = x(10);
+    let external = External { position: [x(11), x(12), x(13)], linear_velocity_w: [x(14), x(15), x(16)] };
     into.external = (flags & EXTERNAL != 0).then_some(external);
     for j in 0..joints {
         let at = STATE_NUMBERS + 4 * j;
@@ -238,7 +240,7 @@ mod tests {
         (state.sequence, state.clock, state.stop) = (7, 123_456_789_012, true);
         state.orientation = [0.5, -0.5, 0.5, 0.5];
         state.external = Some(External { position: [1.0, 2.0, 3.0], linear_velocity_w: [4.0, 5.0, 6.0] });
-        (state.battery, state.gyroscope_b) = (24.5, [0.1, 0.2, 0.3]);
+        (state.battery, state.gyroscope_b, state.accelerometer_b) = (24.5, [0.1, 0.2, 0.3], [0.5, -0.5, 9.75]);
         state.position = vec![0.25, -1.0, 2.0];
         (state.velocity, state.torque, state.temperature) = (vec![1.0; 3], vec![2.0; 3], vec![40.0; 3]);
         state
@@ -249,8 +251,8 @@ mod tests {
         let (mut bytes, mut read) = (Vec::new(), Measurement::new(3));
         write_state(&state(), &mut bytes);
         // The header by hand.
-        assert_eq!(bytes[..16], *b"LROB\x01\x00\x03\x00\x07\x00\x00\x00\x03\x00\x03\x00");
-        assert_eq!(bytes.len(), 24 + 4 * (14 + 12) + 4);
+        assert_eq!(bytes[..16], *b"LROB\x02\x00\x03\x00\x07\x00\x00\x00\x03\x00\x03\x00");
+        assert_eq!(bytes.len(), 24 + 4 * (17 + 12) + 4);
         assert_eq!(bytes[24..28], 0.5f32.to_le_bytes());
         assert!(read_state(&bytes, &mut read));
         assert_eq!(read, state());

@@ -28,7 +28,9 @@ Examples:
   lifelike bench robustness --policy runs/walk \\
       --motions @experiments/track-20-test.txt -o out --quick
   lifelike bench robustness --policy runs/walk --motions walk.bvh -o out \\
-      --only 'push root' --only hills")]
+      --only 'push root' --only hills
+  lifelike bench robustness --policy lima --motions long.motion.safetensors -o out \
+      --only 'push root' --sizes 0.29,0.87,1.46 --seconds 90")]
 pub struct Args {
     /// The policy.
     #[arg(short, long)]
@@ -50,6 +52,9 @@ pub struct Args {
     /// Only disturbances of these names.
     #[arg(long)]
     only: Vec<String>,
+    /// Sizes in place of the disturbance's own, in its unit, from the mildest on; needs one --only.
+    #[arg(long, value_delimiter = ',')]
+    sizes: Vec<f64>,
     /// Longest episode (s); 10, or 4 with --quick.
     #[arg(long)]
     seconds: Option<f64>,
@@ -99,10 +104,15 @@ fn options(args: &Args) -> Result<RobustnessOptions, CliError> {
         let all = names().collect::<Vec<_>>().join("', '");
         return Err(CliError::Usage(format!("--only: no disturbance '{unknown}'; there are '{all}'")));
     }
+    let finite = args.sizes.iter().all(|size| size.is_finite() && *size >= 0.0);
+    if !(args.sizes.is_empty() || finite && args.only.len() == 1) {
+        return Err(CliError::Usage("--sizes: expected finite numbers from 0 on, and one --only".into()));
+    }
     let wanted = |d: &Disturbance| args.only.is_empty() || args.only.iter().any(|only| only == d.name());
     Ok(RobustnessOptions {
         seed: args.seed,
         few: args.quick,
+        sizes: args.sizes.clone(),
         disturbances: Disturbance::ALL.into_iter().filter(wanted).collect(),
         evaluation: EvaluationOptions { seconds, starts, ..EvaluationOptions::default() },
     })

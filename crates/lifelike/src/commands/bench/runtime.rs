@@ -24,13 +24,14 @@ use crate::simulated_robot::{MemoryBus, SensorOptions, SimulatedRobot, stepwise}
 
 /// Evaluate a policy through the runtime, beside plain evaluation of the same episodes.
 ///
-/// Commands pass the gate at their own rate, every physics step has the newest one, and the root's state comes from
-/// outside. Interpolation is the share of a policy step in which targets go over to new ones.
+/// Commands pass the gate at their own rate, and every physics step has the newest one. The root's state comes from
+/// outside, or with --estimate from the runtime's estimator. Interpolation is the share of a policy step in which targets go over to new ones.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
   lifelike bench runtime
   lifelike bench runtime --policy lima-blind --noise 0.002
+  lifelike bench runtime --policy lima --noise 0.002 --imu-bias 0.01 --estimate
   lifelike bench runtime --policy runs/walk --motions data/lima --interpolation 0,0.5,1")]
 pub struct Args {
     /// The controller.
@@ -56,6 +57,12 @@ pub struct Args {
     /// Standard deviation of joint positions (rad); other sensors in proportion.
     #[arg(long, default_value_t = 0.0)]
     noise: f32,
+    /// Bias of the gyroscope's axes (rad/s); the accelerometer has ten times (m/s²).
+    #[arg(long, default_value_t = 0.0)]
+    imu_bias: f32,
+    /// Estimate the root's state from IMU and legs in place of its true state.
+    #[arg(long)]
+    estimate: bool,
     /// Engine and threads.
     #[command(flatten)]
     physics: Physics,
@@ -168,9 +175,10 @@ fn through_runtime(
     let one_thread = Physics { threads: 1, ..args.physics.clone() };
     let options = SensorOptions {
         noise: args.noise,
+        bias: args.imu_bias,
         seed: episode.number as u64,
         battery: 24.0,
-        has_external: true,
+        has_external: !args.estimate,
         gantry: 0.0,
     };
     let mut machine = SimulatedRobot::new(robot, one_thread.simulate(None, fine, 1)?, options);
