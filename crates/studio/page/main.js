@@ -31,6 +31,7 @@ function write(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
+const playButton = document.querySelector("[data-do=play]");
 let fading = 0;
 function tell(text, bad = false) {
   const told = find("told");
@@ -251,8 +252,10 @@ const link = new Link({
     scene.pushes = view.scene.push.filter((p) => p.at <= now && now < p.at + p.seconds)
       .map((p) => ({ body: robot.character.bodies.indexOf(p.body), newtons: p.newtons })).filter((p) => p.body >= 0);
     timeline.needle(now);
-    write(find("clock"), `${now.toFixed(2)} / ${view.seconds.toFixed(1)} s`);
-    document.querySelector("[data-do=play]").classList.toggle("playing", head.playing);
+    // Figures that run are read ten times a second at most.
+    const figures = head.playing ? Math.floor(now * 10) / 10 : now;
+    write(find("clock"), `${figures.toFixed(head.playing ? 1 : 2)} / ${view.seconds.toFixed(1)} s`);
+    playButton.classList.toggle("playing", head.playing);
     if (head.fallen && !was) {
       const fall = view.falls.findLast((f) => f.second <= now + 0.02);
       tell(fall ? `It fell: ${fall.cause}${fall.why ? `; ${fall.why}` : ""}` : "It fell.", true);

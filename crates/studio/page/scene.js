@@ -7,9 +7,12 @@ const HOT = 20;
 // Pull in weights of the robot for a drag of 100 pixels.
 const PULL = 0.3;
 const FORCE_STEP = 5;
-// Times between pictures at which fewer or more pixels are drawn (ms).
-const [SLOW, FAST] = [30, 18];
-const LEAST_SCALE = 0.5;
+// Time between pictures at which they are drawn in the plain way, and the one of a picture that is late (ms).
+const [SLOW, LATE] = [30, 20];
+// Share of late pictures at which fewer pixels are drawn, and the share of the width at least.
+const [MANY_LATE, LEAST_SCALE] = [0.12, 0.5];
+// Frames between two packets from which on the robot is not moved, but put.
+const JUMP = 10;
 // Time after which a picture that stays is drawn with every pixel (ms).
 const STILL = 300;
 // Colour of a kept take.
@@ -25,12 +28,13 @@ export class Scene {
     this.actions = actions;
     this.character = robot.character;
     const n = this.character.bodies.length;
-    this.simulated = matrices(n);
-    this.reference = matrices(n);
+    // Poses on the screen, those that they come from, and those that they are moved to.
+    [this.simulated, this.reference] = [matrices(n), matrices(n)];
     this.kept = null;
+    [this.from, this.to] = [0, 1].map(() => [0, 1, 2].map(() => matrices(n)));
+    this.due = null;
     this.heat = Array.from({ length: n }, () => [0, 0, 0, 0]);
     this.shows = { reference: true, errors: true, follow: true, handles: false };
-    this.root = [0, 0, 0];
     this.drawn = 0;
     this.head = null;
     this.pushes = [];
@@ -41,7 +45,9 @@ export class Scene {
     this.camera.attach(this.canvas, () => { this.dirty = true; });
     new ResizeObserver(() => { this.dirty = true; }).observe(this.canvas);
     this.scale = 1;
+    this.patience = 120;
     const tick = (now) => {
+      if (this.due) this.move(performance.now());
       if (this.dirty) {
         this.pace(now);
         this.draw();
@@ -60,14 +66,15 @@ export class Scene {
     const n = view.getUint16(2, true);
     const [joints, feet] = [view.getUint16(4, true), view.getUint16(6, true)];
     const flags = view.getUint8(1);
+    const before = this.head;
     this.head = {
       playing: (flags & 1) > 0, fallen: (flags & 2) > 0, building: (flags & 4) > 0,
       frame: view.getUint32(8, true), known: view.getUint32(12, true), frames: view.getUint32(16, true),
       version: view.getUint32(20, true), rate: view.getFloat32(24, true), force: view.getFloat32(28, true),
     };
-    this.root = unpackPose(view, 32, this.simulated);
     const second = 32 + 16 + 14 * n;
-    unpackPose(view, second, this.reference);
+    unpackPose(view, 32, this.to[0]);
+    unpackPose(view, second, this.to[1]);
     const errors = second + 16 + 14 * n;
     this.heat.forEach((h) => { h[3] = 0; });
     for (let j = 0; j < joints; j++) {
@@ -77,10 +84,37 @@ export class Scene {
     }
     this.feet = Array.from({ length: feet }, (_, f) => view.getUint8(errors + 2 * joints + f) / 50);
     // A take that is kept: its physics in the same frame.
-    if (flags & 8) unpackPose(view, errors + 2 * joints + feet, (this.kept ??= matrices(n)));
-    else this.kept = null;
-    this.dirty = true;
+    if (flags & 8) unpackPose(view, errors + 2 * joints + feet, this.to[2]);
+    this.kept = flags & 8 ? this.kept ?? matrices(n) : null;
+    this.aim(before);
     return this.head;
+  }
+
+  poses() { return [this.simulated, this.reference, this.kept].filter(Boolean); }
+
+  // Begins to move to the packet's poses, which are those of the next frame while the clock runs; else they are shown.
+  aim(before) {
+    const { head } = this;
+    const now = performance.now();
+    const same = before?.playing && before.frame === head.frame && this.due;
+    const moves = head.playing && before?.playing && Math.abs(head.frame - before.frame) < JUMP;
+    if (moves) this.poses().forEach((pose, k) => pose.forEach((m, body) => this.from[k][body].set(m)));
+    const until = same ? this.due.until : now + 1000 / (this.robot.hz * head.rate);
+    this.due = moves ? { since: now, until } : { since: now, until: now };
+    if (!moves) this.move(now);
+    this.dirty = true;
+  }
+
+  // Poses at a time. Two frames are near each other, so that turns are mixed as matrices.
+  move(now) {
+    const { since, until } = this.due;
+    const share = until > since ? Math.min((now - since) / (until - since), 1) : 1;
+    this.poses().forEach((pose, k) => pose.forEach((m, body) => {
+      const [from, to] = [this.from[k][body], this.to[k][body]];
+      for (let i = 0; i < 16; i++) m[i] = share < 1 ? from[i] + (to[i] - from[i]) * share : to[i];
+    }));
+    if (share === 1) this.due = null;
+    this.dirty = true;
   }
 
   look({ azimuth, elevation, distance, follow }) {
@@ -102,11 +136,12 @@ export class Scene {
     const { camera, character } = this;
     if (this.shows.follow) {
       // A camera that is as restless as the robot makes people sick.
-      const calm = (this.calm ??= this.root.slice(0, 2));
+      const root = this.place(0);
+      const calm = (this.calm ??= root.slice(0, 2));
       const passed = Math.min((performance.now() - (this.before ?? 0)) / 1000, 0.2);
       const share = 1 - Math.exp(-passed * 4);
-      calm.forEach((c, k) => { calm[k] = Math.abs(this.root[k] - c) > 1.5 ? this.root[k] : c + (this.root[k] - c) * share; });
-      if (calm.some((c, k) => Math.abs(this.root[k] - c) > 0.004)) this.dirty = true;
+      calm.forEach((c, k) => { calm[k] = Math.abs(root[k] - c) > 1.5 ? root[k] : c + (root[k] - c) * share; });
+      if (calm.some((c, k) => Math.abs(root[k] - c) > 0.004)) this.dirty = true;
     }
     this.before = performance.now();
     const at = this.calm ?? [0, 0];
@@ -125,13 +160,16 @@ export class Scene {
     const passed = this.last ? Math.min(now - this.last, 100) : null;
     this.last = now;
     if (passed === null) return;
-    this.mean = (this.mean ?? 20) * 0.85 + passed * 0.15;
-    if (this.mean > SLOW) {
-      if (this.stage.goPlain && !this.stage.plain) this.stage.goPlain(this.simulated.length);
-      else this.scale = Math.max(this.scale * 0.84, LEAST_SCALE);
-      this.mean = 22;
-    }
-    if (this.mean < FAST && this.scale < 1 && (this.calmFor = (this.calmFor ?? 0) + 1) > 120) {
+    this.mean = (this.mean ?? 17) * 0.85 + passed * 0.15;
+    this.late = (this.late ?? 0) * 0.98 + (passed > LATE ? 0.02 : 0);
+    if (this.mean > SLOW && this.stage.goPlain && !this.stage.plain) {
+      this.stage.goPlain();
+      [this.mean, this.late] = [17, 0];
+    } else if (this.mean > SLOW || (this.stage.plain && this.late > MANY_LATE)) {
+      this.scale = Math.max(this.scale * 0.84, LEAST_SCALE);
+      // More pixels are tried later each time.
+      [this.mean, this.late, this.calmFor, this.patience] = [17, 0, 0, Math.min(2 * this.patience, 4000)];
+    } else if (this.scale < 1 && (this.calmFor = (this.calmFor ?? 0) + 1) > this.patience) {
       [this.scale, this.calmFor] = [Math.min(this.scale * 1.1, 1), 0];
     }
   }

@@ -23,7 +23,8 @@ export class Timeline {
       e.preventDefault();
       this.scale(this.zoom * Math.exp(-e.deltaY * 0.003));
     }, { passive: false });
-    new ResizeObserver(() => this.drawRuler()).observe(find("ruler"));
+    [this.width, this.needlePart] = [1000, find("needle")];
+    new ResizeObserver(([{ contentRect }]) => { this.width = contentRect.width || 1000; this.drawRuler(); }).observe(find("ruler"));
   }
 
   scale(zoom) {
@@ -190,7 +191,11 @@ export class Timeline {
   }
 
   needle(time) {
-    this.find("needle").style.left = `${(100 * time) / (this.view?.seconds || 1)}%`;
+    // Whole pixels: a needle that did not move is not drawn again.
+    const share = Math.round((this.width * time) / (this.view?.seconds || 1)) / this.width;
+    if (share === this.share) return;
+    this.share = share;
+    this.needlePart.style.left = `${100 * share}%`;
   }
 
   drawRuler() {

@@ -190,9 +190,9 @@ impl Engine {
         ((self.time * self.hz() + 1e-6) as usize).min(self.frames().saturating_sub(1))
     }
 
-    /// Returns the number of frames that are to be simulated: all, but while a body is pulled none ahead of the clock.
+    /// Returns the number of frames that are to be simulated: all, but while a body is pulled only the one that comes next.
     fn simulated_to(&self) -> usize {
-        if self.pulls.is_empty() { self.frames() } else { self.frame() + 1 }
+        if self.pulls.is_empty() { self.frames() } else { self.frame() + 2 }
     }
 
     fn advance(&mut self, passed: Duration) {

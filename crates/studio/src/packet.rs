@@ -19,6 +19,7 @@
 //! | F | ground forces in 50ths of the weight |
 //! | 16 + 14 B | physics of the kept take, where there is one |
 //!
+//! Bodies, errors, torques and forces are those of the frame while the clock stands, and of the next while it plays.
 //! A body is its position less the root's in units, and its quaternion `wxyz` in units of 1/32767.
 
 use lifelike_character::rotation::to_wxyz;

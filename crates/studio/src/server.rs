@@ -137,6 +137,7 @@ async fn robot(State(shared): State<Shared>, Path(word): Path<String>, headers: 
     let bodies: Vec<usize> = robot.layout.joints.iter().map(|name| scalar(name).map_or(0, body_of)).collect();
     let value = serde_json::json!({
         "character": lifelike_report::character_json(&robot.character),
+        "hz": robot.control_hz,
         "joints": robot.layout.joints,
         "jointBodies": bodies,
         "heaviest": heaviest(robot),

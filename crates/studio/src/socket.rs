@@ -1,4 +1,4 @@
-//! One viewer's WebSocket: the newest of everything, one payload in flight, the next after its acknowledgement.
+//! One viewer's WebSocket: the newest of everything, and a few payloads in flight until they are acknowledged.
 
 use std::sync::mpsc::Sender;
 
@@ -9,6 +9,9 @@ use crate::request::{Message, Request, Screen};
 
 /// Largest request (bytes).
 pub const MAX_REQUEST: usize = 64 << 10;
+/// Payloads that are sent before one is acknowledged. A page that draws acknowledges between two pictures: with one
+/// payload the answer to a push waits for two of these pauses.
+const MAX_IN_FLIGHT: usize = 3;
 /// Acknowledgement of a payload.
 const SEEN: &str = "seen";
 
@@ -17,12 +20,12 @@ pub async fn serve(mut socket: WebSocket, permission: Permission, mut screen: Sc
     screen.frame.mark_changed();
     screen.view.mark_changed();
     screen.strips.mark_changed();
-    let (mut in_flight, mut was_frame) = (false, false);
+    let (mut in_flight, mut was_frame) = (0_usize, false);
     loop {
         tokio::select! {
             biased;
             packet = socket.recv() => match packet {
-                Some(Ok(Packet::Text(text))) if text.as_str() == SEEN => in_flight = false,
+                Some(Ok(Packet::Text(text))) if text.as_str() == SEEN => in_flight = in_flight.saturating_sub(1),
                 Some(Ok(Packet::Text(text))) => {
                     let told = request(text.as_str(), permission, &engine);
                     if let Err(told) = told
@@ -34,9 +37,9 @@ pub async fn serve(mut socket: WebSocket, permission: Permission, mut screen: Sc
                 Some(Ok(Packet::Ping(_) | Packet::Pong(_) | Packet::Binary(_))) => {}
                 Some(Ok(Packet::Close(_)) | Err(_)) | None => return,
             },
-            payload = newest(&mut screen, !was_frame), if !in_flight => {
+            payload = newest(&mut screen, !was_frame), if in_flight < MAX_IN_FLIGHT => {
                 let Some((payload, frame)) = payload else { return };
-                (in_flight, was_frame) = (true, frame);
+                (in_flight, was_frame) = (in_flight + 1, frame);
                 if socket.send(payload).await.is_err() {
                     return;
                 }

@@ -31,11 +31,8 @@ function bytesOf(base64) {
   return bytes.buffer;
 }
 
-function decodeMesh(mesh) {
-  if (mesh.corners) return mesh;
-  const packed = new Int16Array(bytesOf(mesh.points));
-  const faces = new Uint32Array(bytesOf(mesh.faces));
-  const points = Float32Array.from(packed, (v, i) => v * mesh.unit + mesh.middle[i % 3]);
+// The normal of each corner of the faces.
+function cornerNormals(points, faces) {
   const normals = new Float32Array(faces.length);
   const around = Array.from({ length: points.length / 3 }, () => []);
   for (let f = 0; f < faces.length; f += 3) {
@@ -57,7 +54,15 @@ function decodeMesh(mesh) {
       corners.set(normalize(sum), (f + k) * 3);
     }
   }
-  return Object.assign(mesh, { decoded: points, index: faces, corners });
+  return corners;
+}
+
+function decodeMesh(mesh) {
+  if (mesh.corners) return mesh;
+  const packed = new Int16Array(bytesOf(mesh.points));
+  const faces = new Uint32Array(bytesOf(mesh.faces));
+  const points = Float32Array.from(packed, (v, i) => v * mesh.unit + mesh.middle[i % 3]);
+  return Object.assign(mesh, { decoded: points, index: faces, corners: cornerNormals(points, faces) });
 }
 
 function placement(position, [w, x, y, z]) {

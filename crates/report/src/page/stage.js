@@ -67,6 +67,36 @@ const PLAIN_BODY = [0.86, 0.52, 0.33];
 // No colour over a body's own.
 const COLD = [0, 0, 0, 0];
 
+// Opacity of a ghost of glass.
+const GLASS = 0.32;
+
+// Draws figures of glass: depth first, then colour, so that only the front of the whole figure is seen. Half a centimetre
+// farther away, so that two figures in one place do not flicker into each other.
+function drawGlass(gl, figures, draw) {
+  gl.enable(gl.POLYGON_OFFSET_FILL);
+  gl.polygonOffset(1, 2000);
+  gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE);
+  for (const figure of figures) {
+    gl.colorMask(false, false, false, false);
+    draw(figure);
+    gl.colorMask(true, true, true, true);
+    gl.enable(gl.BLEND);
+    gl.depthFunc(gl.LEQUAL);
+    draw(figure);
+    gl.depthFunc(gl.LESS);
+    gl.disable(gl.BLEND);
+  }
+  gl.disable(gl.POLYGON_OFFSET_FILL);
+}
+
+// The matrix of a mark.
+function markMatrix({ at, size: [radius, length], along }) {
+  const up = along || [0, 0, 1];
+  const across = normalize(cross(Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0], up));
+  const axes = [[cross(up, across), radius], [across, radius], [up, length]];
+  return [...axes.flatMap(([axis, size]) => [...axis.map((c) => c * size), 0]), ...at, 1];
+}
+
 class Stage {
   static SHADOW = 1024;
 
@@ -77,13 +107,9 @@ class Stage {
     this.gl = gl;
     // Samples of the shadow at each pixel: fewer are coarser and faster.
     this.taps = 20;
-    this.plain = false;
+    this.plain = null;
     this.shade = this.program(VERTEX, SHADE);
     this.depth = this.program(VERTEX, DEPTH_ONLY);
-    this.cheap = new Map();
-    this.figures = new Map();
-    const { lines, ...disc } = plainGround();
-    [this.disc, this.lines] = [disc, lines].map((m) => this.upload(m.vertices, m.indices));
     this.meshes = new Map();
     const n = 40;
     this.floor = this.upload([-n, -n, 0, 0, 0, 1, 1, 1, 1, n, -n, 0, 0, 0, 1, 1, 1, 1, n, n, 0, 0, 0, 1, 1, 1, 1,
@@ -139,26 +165,6 @@ class Stage {
     for (const item of items) if (item.ghost !== "glass") this.drawBodies(this.depth.uniforms, item);
   }
 
-  // The ground of the plain way, with figures flattened onto it as their shadow.
-  drawPlainGround(u, items, colours, focus, size, sun, view) {
-    const gl = this.gl;
-    for (const [mesh, kind, model] of [
-      [this.disc, gl.TRIANGLES, [size, 0, 0, 0, 0, size, 0, 0, 0, 0, 1, 0, focus[0], focus[1], 0, 1]],
-      [this.lines, gl.LINES, [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, Math.round(focus[0]), Math.round(focus[1]), 0, 1]],
-    ]) {
-      gl.uniformMatrix4fv(u.model, false, model);
-      gl.bindVertexArray(mesh.vao);
-      gl.drawElements(kind, mesh.count, gl.UNSIGNED_INT, 0);
-    }
-    gl.uniform1f(u.ground, 0);
-    gl.uniform1f(u.ghostly, 2);
-    gl.uniform3fv(u.ghost, colours.floor.map((c) => c * (1 - 0.7 * (1 - colours.shadow))));
-    gl.uniformMatrix4fv(u.camera, false, multiply(view, flatten(sun)));
-    for (const item of items) if (item.ghost !== "glass") this.drawFigure(u, item);
-    gl.uniformMatrix4fv(u.camera, false, view);
-    gl.uniform3fv(u.ghost, colours.ghost);
-  }
-
   program(vertex, fragment) {
     const gl = this.gl;
     const program = gl.createProgram();
@@ -179,7 +185,7 @@ class Stage {
     return { program, uniforms };
   }
 
-  upload(vertices, indices, bodies = null) {
+  upload(vertices, indices) {
     const gl = this.gl;
     const vao = gl.createVertexArray();
     gl.bindVertexArray(vao);
@@ -188,12 +194,6 @@ class Stage {
     for (let k = 0; k < 3; k++) {
       gl.enableVertexAttribArray(k);
       gl.vertexAttribPointer(k, 3, gl.FLOAT, false, 36, k * 12);
-    }
-    if (bodies) {
-      gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
-      gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(bodies), gl.STATIC_DRAW);
-      gl.enableVertexAttribArray(3);
-      gl.vertexAttribPointer(3, 1, gl.FLOAT, false, 4, 0);
     }
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint32Array(indices), gl.STATIC_DRAW);
@@ -208,45 +208,12 @@ class Stage {
     return this.meshes.get(character);
   }
 
-  // The program of the plain way for a number of bodies.
-  plainProgram(items) {
-    const bodies = Math.max(...items.map((item) => item.pose.length));
-    if (!this.cheap.has(bodies)) {
-      const made = this.program(plainVertex(bodies), PLAIN);
-      // The first matrix and colour are those of the ground and of marks.
-      this.cheap.set(bodies, { ...made, uniforms: { ...made.uniforms, model: made.uniforms["models[0]"] } });
-    }
-    return this.cheap.get(bodies);
-  }
-
-  // Sets the plain way where it can be; a figure of too many bodies for one call stays as it is.
-  goPlain(bodies) {
-    this.plain = 5 * bodies + 16 <= this.gl.getParameter(this.gl.MAX_VERTEX_UNIFORM_VECTORS);
-  }
-
-  // A figure in one mesh, with a body's number at each corner.
-  figure(character) {
-    if (!this.figures.has(character)) {
-      const { vertices, indices, bodies } = figureMesh(bodyMeshes(character, PLAIN_BODY, 0.5), character.height);
-      this.figures.set(character, this.upload(vertices, indices, bodies));
-    }
-    return this.figures.get(character);
-  }
-
-  drawFigure(u, { character, pose, heat }) {
-    const gl = this.gl;
-    const mesh = this.figure(character);
-    const models = (this.models ??= new Map()).get(pose.length) ?? new Float32Array(16 * pose.length);
-    this.models.set(pose.length, models);
-    pose.forEach((m, body) => models.set(m, 16 * body));
-    gl.uniformMatrix4fv(u.model, false, models);
-    gl.uniform4fv(u["heats[0]"], heat ? heat.flat() : new Float32Array(4 * pose.length));
-    gl.bindVertexArray(mesh.vao);
-    gl.drawElements(gl.TRIANGLES, mesh.count, gl.UNSIGNED_INT, 0);
+  // Draws in the plain way from now on.
+  goPlain() {
+    this.plain ??= new PlainStage(this.gl, this.program(PLAIN_VERTEX, PLAIN_PIXEL));
   }
 
   drawBodies(uniforms, item) {
-    if (this.plain) return this.drawFigure(uniforms, item);
     const gl = this.gl;
     this.bodies(item.character).forEach((mesh, body) => {
       if (!mesh.count) return;
@@ -264,14 +231,12 @@ class Stage {
     gl.uniform1f(u.ghostly, 1);
     gl.enable(gl.BLEND);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE);
-    for (const { kind, at, size: [radius, length], colour, alpha, along, over } of marks) {
+    for (const mark of marks) {
+      const { kind, colour, alpha, over } = mark;
       if (over) gl.disable(gl.DEPTH_TEST);
       gl.uniform3fv(u.ghost, colour);
       gl.uniform1f(u.alpha, alpha);
-      const up = along || [0, 0, 1];
-      const across = normalize(cross(Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0], up));
-      const axes = [[cross(up, across), radius], [across, radius], [up, length]];
-      gl.uniformMatrix4fv(u.model, false, [...axes.flatMap(([axis, size]) => [...axis.map((c) => c * size), 0]), ...at, 1]);
+      gl.uniformMatrix4fv(u.model, false, markMatrix(mark));
       gl.bindVertexArray(this.marks[kind].vao);
       gl.drawElements(gl.TRIANGLES, this.marks[kind].count, gl.UNSIGNED_INT, 0);
       gl.enable(gl.DEPTH_TEST);
@@ -284,22 +249,20 @@ class Stage {
   draw(view, camera, items, colours, reach, marks = []) {
     const gl = this.gl;
     const sun = normalize([0.42, -0.28, 0.86]);
+    if (this.plain) return this.plain.draw(view, camera, items, colours, sun, marks);
     const focus = camera.target;
     const light = multiply(orthographic(reach, reach * 5),
       lookAt(focus.map((c, k) => c + sun[k] * reach * 2.5), focus));
 
-    if (this.plain) gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    else {
-      this.drawShadowMap(items, light);
-      this.bindSmooth();
-    }
+    this.drawShadowMap(items, light);
+    this.bindSmooth();
 
     gl.enable(gl.SCISSOR_TEST);
     gl.scissor(view.x, view.y, view.width, view.height);
     gl.viewport(view.x, view.y, view.width, view.height);
     gl.clearColor(...colours.paper, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    const { program, uniforms: u } = this.plain ? this.plainProgram(items) : this.shade;
+    const { program, uniforms: u } = this.shade;
     gl.useProgram(program);
     gl.bindTexture(gl.TEXTURE_2D, this.shadow);
     gl.uniformMatrix4fv(u.camera, false, camera.matrix(view.width / view.height));
@@ -319,40 +282,23 @@ class Stage {
     gl.uniform1f(u.alpha, 1);
 
     gl.uniform1f(u.ground, 1);
-    if (this.plain) this.drawPlainGround(u, items, colours, focus, camera.distance * 2.6, sun, camera.matrix(view.width / view.height));
-    else {
-      const floor = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, focus[0], focus[1], 0, 1];
-      gl.uniformMatrix4fv(u.model, false, floor);
-      gl.bindVertexArray(this.floor.vao);
-      gl.drawElements(gl.TRIANGLES, this.floor.count, gl.UNSIGNED_INT, 0);
-    }
+    gl.uniformMatrix4fv(u.model, false, [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, focus[0], focus[1], 0, 1]);
+    gl.bindVertexArray(this.floor.vao);
+    gl.drawElements(gl.TRIANGLES, this.floor.count, gl.UNSIGNED_INT, 0);
     gl.uniform1f(u.ground, 0);
 
     for (const item of items.filter((i) => i.ghost !== "glass")) {
       gl.uniform1f(u.ghostly, item.ghost ? 1 : 0);
       this.drawBodies(u, item);
     }
-    // Glass: depth first, then colour, so that only the front of the whole figure is seen. Half a centimetre farther
-    // away, so that two figures in one place do not flicker into each other.
-    gl.enable(gl.POLYGON_OFFSET_FILL);
-    gl.polygonOffset(1, 2000);
-    for (const item of items.filter((i) => i.ghost === "glass")) {
+    drawGlass(gl, items.filter((i) => i.ghost === "glass"), (item) => {
       gl.uniform1f(u.ghostly, 1);
       gl.uniform3fv(u.ghost, item.tint ?? colours.ghost);
-      gl.uniform1f(u.alpha, 0.32);
-      gl.colorMask(false, false, false, false);
+      gl.uniform1f(u.alpha, GLASS);
       this.drawBodies(u, item);
-      gl.colorMask(true, true, true, true);
-      gl.enable(gl.BLEND);
-      gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE);
-      gl.depthFunc(gl.LEQUAL);
-      this.drawBodies(u, item);
-      gl.depthFunc(gl.LESS);
-      gl.disable(gl.BLEND);
-    }
-    gl.disable(gl.POLYGON_OFFSET_FILL);
+    });
     this.drawMarks(u, marks);
     gl.bindVertexArray(null);
-    if (!this.plain) this.showSmooth(view);
+    this.showSmooth(view);
   }
 }

@@ -12,6 +12,8 @@ impl Engine {
     pub(super) fn publish(&mut self) {
         let (frame, known) = (self.frame(), self.history.len());
         let shown = frame.min(known.saturating_sub(1));
+        // A page that plays moves from picture to picture towards the next frame: it is never late, and a push is seen at once.
+        let drawn = if self.playing { (frame + 1).min(known.saturating_sub(1)) } else { shown };
         let force = self.pulls.last().map_or(0.0, |pull| pull.newtons.iter().map(|f| f * f).sum::<f32>().sqrt());
         let flags = u8::from(self.playing)
             | u8::from(self.history.is_down(shown, self.hz())) << 1
@@ -21,8 +23,8 @@ impl Engine {
         let sizes = [robot.character.bodies.len() - 1, robot.joints(), robot.anatomy.soles.len()].map(|n| n as u16);
         let counts = [shown, known, self.frames(), self.version as usize].map(|n| n as u32);
         let head = Head { flags, sizes, counts, rate: self.rate as f32, force };
-        let mut packet = packet::packet(&head, self.history.body(shown));
-        if let Some(kept) = self.kept.as_ref().and_then(|kept| kept.get(shown).or(kept.last())) {
+        let mut packet = packet::packet(&head, self.history.body(drawn));
+        if let Some(kept) = self.kept.as_ref().and_then(|kept| kept.get(drawn).or(kept.last())) {
             packet.extend(packet::physics(kept, robot.character.bodies.len() - 1));
         }
         self.outputs.frame.send_if_modified(|last| {
