@@ -197,7 +197,12 @@ fn of_action(tracks: &Tracks, verb: &Verb, action: &Action, meanwhile: Meanwhile
     }
     if let Some(degrees) = action.degrees.filter(|_| verb.bends) {
         let got = measure::bent(tracks);
-        add(Fact::Degrees, format!("{degrees} +- {LIFT}"), format!("{got:.0}"), (got - f64::from(degrees)).abs() <= LIFT);
+        add(
+            Fact::Degrees,
+            format!("{degrees} +- {LIFT}"),
+            format!("{got:.0}"),
+            (got - f64::from(degrees)).abs() <= LIFT,
+        );
     }
     let turned = action.degrees.filter(|_| !verb.angles && !verb.bends);
     if let (Some(degrees), Some(first), Some(last)) = (turned, tracks.yaw.first(), tracks.yaw.last()) {

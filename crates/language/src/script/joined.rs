@@ -40,12 +40,10 @@ impl Reader<'_> {
 
     /// Returns how often "a step left", "some squats" or "do squats" are done, where no number is said.
     pub(super) fn some(&self, verb: &Verb, words: &[String]) -> Option<u32> {
-        const DOING: [&str; 9] =
-            ["do", "does", "doing", "some", "several", "few", "perform", "practice", "throw"];
+        const DOING: [&str; 9] = ["do", "does", "doing", "some", "several", "few", "perform", "practice", "throw"];
         const LIMBS: [&str; 7] = ["arms", "hands", "legs", "feet", "knees", "toes", "sides"];
-        let is_plural = |word: &String| {
-            word.ends_with('s') && self.phrases.base(word) != *word && !LIMBS.contains(&word.as_str())
-        };
+        let is_plural =
+            |word: &String| word.ends_with('s') && self.phrases.base(word) != *word && !LIMBS.contains(&word.as_str());
         // "Step left, step right": a step each.
         let steps = ["walk_sideways", "step_forward", "step_back"].contains(&verb.name.as_str());
         let is_one = words.iter().any(|word| word == "step") && !words.iter().any(|word| word == "side");

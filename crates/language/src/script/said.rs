@@ -246,14 +246,16 @@ fn adverb(out: &mut Said, word: &str) -> bool {
     match word {
         "slowly" | "slow" | "slower" | "leisurely" | "unhurriedly" | "calmly" | "gradually" | "sluggishly"
         | "lazily" | "amble" | "ambles" | "ambling" | "saunter" | "saunters" | "sauntering" | "stroll" | "strolls"
-        | "strolling" | "dawdle" | "dawdles" | "dawdling" | "mosey" | "gingerly" | "patiently" | "serenely" | "carefully" | "careful" | "elegantly"
-        | "gracefully" | "solemnly" | "respectfully" | "smoothly" | "relaxed" | "casually" | "thoughtfully" => {
+        | "strolling" | "dawdle" | "dawdles" | "dawdling" | "mosey" | "gingerly" | "patiently" | "serenely"
+        | "carefully" | "careful" | "elegantly" | "gracefully" | "solemnly" | "respectfully" | "smoothly"
+        | "relaxed" | "casually" | "thoughtfully" => {
             out.speed = Some(Speed::Slow);
         }
         "quickly" | "fast" | "rapidly" | "briskly" | "hastily" | "swiftly" | "quick" | "hurriedly" | "speedily"
         | "faster" | "brisk" | "rapid" | "hurry" | "frantically" | "wildly" | "energetic" | "scurry" | "scurries"
         | "scurrying" | "scamper" | "scampers" | "scampering" | "hustle" | "hustles" | "hustling" | "rush"
-        | "rushes" | "rushing" | "snappy" | "abruptly" | "suddenly" | "sharply" | "urgently" | "hasty" | "panic" | "panicky" => out.speed = Some(Speed::Fast),
+        | "rushes" | "rushing" | "snappy" | "abruptly" | "suddenly" | "sharply" | "urgently" | "hasty" | "panic"
+        | "panicky" => out.speed = Some(Speed::Fast),
         "widely" | "wide" | "wider" | "large" | "larger" | "big" | "bigger" | "huge" | "vigorous" | "exaggerated"
         | "broadly" | "deeply" | "deep" | "far" | "expansively" | "hugely" | "vigorously" | "generously"
         | "dramatically" | "gusto" | "heartily" | "forcefully" | "theatrically" | "powerfully" => {
@@ -265,28 +267,32 @@ fn adverb(out: &mut Said, word: &str) -> bool {
             out.size = Some(Size::Small);
         }
         "sadly" | "sad" | "dejectedly" | "dejected" | "gloomily" | "depressed" | "unhappily" | "sorrowfully"
-        | "unhappy" | "miserably" | "miserable" | "heartbroken" | "sorrow" | "grief" | "mournfully" | "glum" | "glumly"
-        | "downcast" | "disappointed" | "crestfallen" | "hopelessly" | "sadness" | "sulkily" | "despair" => out.mood = Some(Mood::Sad),
-        "proudly" | "proud" | "confidently" | "haughtily" | "triumphantly" | "confident" | "arrogantly" | "arrogant"
-        | "smugly" | "smug" | "cocky" | "pride" | "majestically" | "regally" | "pompously" | "boldly" | "swagger"
-        | "swaggers" | "swaggering" | "triumphant" | "dignified" | "dignity" => {
+        | "unhappy" | "miserably" | "miserable" | "heartbroken" | "sorrow" | "grief" | "mournfully" | "glum"
+        | "glumly" | "downcast" | "disappointed" | "crestfallen" | "hopelessly" | "sadness" | "sulkily" | "despair" => {
+            out.mood = Some(Mood::Sad)
+        }
+        "proudly" | "proud" | "confidently" | "haughtily" | "triumphantly" | "confident" | "arrogantly"
+        | "arrogant" | "smugly" | "smug" | "cocky" | "pride" | "majestically" | "regally" | "pompously" | "boldly"
+        | "swagger" | "swaggers" | "swaggering" | "triumphant" | "dignified" | "dignity" => {
             out.mood = Some(Mood::Proud);
         }
         "angrily" | "angry" | "furiously" | "furious" | "aggressively" | "aggressive" | "fiercely" | "madly"
-        | "mad" | "annoyed" | "irritably" | "violently" | "rage" | "anger" | "grumpy" | "grumpily" | "frustrated" | "fury"
-        | "enraged" | "crossly" | "livid" | "impatiently" => out.mood = Some(Mood::Angry),
+        | "mad" | "annoyed" | "irritably" | "violently" | "rage" | "anger" | "grumpy" | "grumpily" | "frustrated"
+        | "fury" | "enraged" | "crossly" | "livid" | "impatiently" => out.mood = Some(Mood::Angry),
         "happily" | "happy" | "joyfully" | "joyful" | "cheerfully" | "cheerful" | "excitedly" | "excited"
         | "enthusiastically" | "enthusiastic" | "merrily" | "gleefully" | "delighted" | "playfully" | "playful"
-        | "energetically" | "lively" | "joy" | "joyous" | "joyously" | "glee" | "delight" | "enthusiasm" | "ecstatic"
-        | "ecstatically" | "thrilled" | "elated" | "overjoyed" | "bouncy" | "bubbly" | "jolly" | "upbeat" | "cheery"
-        | "excitement" | "happiness" | "lightheartedly" => out.mood = Some(Mood::Happy),
+        | "energetically" | "lively" | "joy" | "joyous" | "joyously" | "glee" | "delight" | "enthusiasm"
+        | "ecstatic" | "ecstatically" | "thrilled" | "elated" | "overjoyed" | "bouncy" | "bubbly" | "jolly"
+        | "upbeat" | "cheery" | "excitement" | "happiness" | "lightheartedly" => out.mood = Some(Mood::Happy),
         "tiredly" | "tired" | "wearily" | "weary" | "exhausted" | "exhaustedly" | "sleepily" | "sleepy"
         | "drowsily" | "fatigued" | "listlessly" | "halfheartedly" | "halfhearted" | "reluctantly" | "bored"
-        | "unenthusiastically" | "limply" | "lethargically" | "exhaustion" | "apathetically" | "grudgingly" => out.mood = Some(Mood::Tired),
+        | "unenthusiastically" | "limply" | "lethargically" | "exhaustion" | "apathetically" | "grudgingly" => {
+            out.mood = Some(Mood::Tired)
+        }
         "fearfully" | "afraid" | "scared" | "nervously" | "nervous" | "timidly" | "timid" | "anxiously" | "anxious"
         | "frightened" | "shyly" | "shy" | "hesitantly" | "terrified" | "suspicious" | "suspiciously" | "warily"
-        | "cautiously" | "cautious" | "sheepishly" | "embarrassed" | "awkwardly" | "worried" | "fear" | "insecurely"
-        | "bashfully" | "uneasily" | "tentatively" => out.mood = Some(Mood::Afraid),
+        | "cautiously" | "cautious" | "sheepishly" | "embarrassed" | "awkwardly" | "worried" | "fear"
+        | "insecurely" | "bashfully" | "uneasily" | "tentatively" => out.mood = Some(Mood::Afraid),
         _ => return false,
     }
     true

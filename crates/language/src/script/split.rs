@@ -137,7 +137,8 @@ pub(super) fn normal(text: &str) -> Vec<String> {
 /// Returns text with the numbers of a list as full stops: "1. squat 2) jump". A list has a first and a second item.
 fn without_list_numbers(text: &str) -> String {
     let text = text.replace("w/o ", "without ").replace("w/ ", "with ");
-    let item = |number: u32| [format!("{number}. "), format!("{number}) ")].into_iter().find(|item| text.contains(item));
+    let item =
+        |number: u32| [format!("{number}. "), format!("{number}) ")].into_iter().find(|item| text.contains(item));
     if item(1).is_none() || item(2).is_none() {
         return text;
     }

@@ -255,3 +255,41 @@ fn numbers_of_an_edited_script_are_bounded() {
         assert!(error.contains(part), "{error}");
     }
 }
+
+#[test]
+fn every_reaction_to_a_situation_is_understood() {
+    for means in reader().situations.reactions() {
+        let script = reader().read_within(means, reader::MOST_WITHIN);
+        assert!(!script.clauses.is_empty() && script.unknown.is_empty(), "{means}: {script:?}");
+    }
+}
+
+#[test]
+fn situations_lists_manners_and_numbers_of_people() {
+    for (text, expected) in [
+        ("they play the national anthem", "hand on heart, right side, 5 s"),
+        ("somebody you know is across the street", "wave high, right side"),
+        ("a bee is buzzing round your head", "swat fly, right side"),
+        ("1. squat 2. turn around 3. clap", "squat, once; then turn, to the left, 180 degrees; then clap, both side"),
+        ("wave, bow, and walk backwards", "wave, right side; then bow; then walk backward, backward"),
+        ("wave w/ right hand", "wave, right side"),
+        ("do one and a half turn", "turn, to the left, 270 degrees, 2 times"),
+        ("clap like you don't really mean it", "clap, both side, tired"),
+        ("walk in a hurry, you are late!", "walk, forward, fast"),
+        ("lift your left knee to hip height and hold it", "balance, left side, 3 s"),
+        ("do squats", "squat, 3 times"),
+        ("please to make a squat", "squat, once"),
+        ("bow 40 degrees", "bow, 40 degrees"),
+        ("bring the left elbow to the right knee", "elbow to knee, right side, once"),
+        ("both hands on top of your head", "hands on head, both side"),
+        ("twist your upper body to the right", "twist aside, to the right"),
+        ("one hand wave, other hand on hip", "wave, right side while: hand on hip, left side"),
+        ("wave goodbye then walk away", "wave, right side; then turn, to the left, 180 degrees; then walk, forward"),
+    ] {
+        assert_eq!(line(text), expected, "{text}");
+    }
+    for text in ["run at 100 km/h", "walk 2 km", "wag your tail", "jump 5 metres high"] {
+        assert!(!read(text).impossible.is_empty(), "{text}: {}", line(text));
+    }
+    assert!(read("give me a thumbs up").notes.iter().any(|note| note.contains("lacks a thumb")));
+}
