@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use common::{Fault, Plant};
 use lifelike_runtime::record::{Attachment, Entry, Record, Recorder};
 use lifelike_runtime::replay::{ReplayBus, replay};
-use lifelike_runtime::{Bus, Facts, Phase, Request, RuntimeError, VirtualClock, drive};
+use lifelike_runtime::{Bus, Facts, Measurement, Phase, Request, RuntimeError, StateEstimator, VirtualClock, drive};
 
 /// Counts the allocations of a thread.
 struct Counting;
@@ -89,6 +89,25 @@ fn no_tick_allocates_with_a_record_or_without() {
 /// Allocations of the plant in one tick without a runtime: a packet has four vectors.
 fn plant_allocations() -> usize {
     4
+}
+
+#[test]
+fn the_estimator_does_not_allocate_and_a_robot_at_rest_stays_at_rest() {
+    let robot = common::lima();
+    let mut estimator = StateEstimator::new(&robot).unwrap();
+    let mut packet = Measurement::new(robot.joints());
+    packet.position = robot.default_pose.iter().map(|angle| *angle as f32).collect();
+    packet.accelerometer_b = [0.0, 0.0, 9.81];
+    let before = COUNT.get();
+    // Ten minutes of standing, so that a covariance that loses its symmetry would show.
+    for _ in 0..120_000 {
+        packet.clock += 5_000_000;
+        estimator.receive(&packet);
+    }
+    assert_eq!(COUNT.get(), before);
+    let estimate = estimator.estimate().unwrap();
+    let at_rest = estimate.linear_velocity_w.iter().chain(&estimate.angular_velocity_b).all(|x| x.abs() < 1e-6);
+    assert!(at_rest && estimator.contacts().all(|carries| carries), "{estimate:?}");
 }
 
 #[test]

@@ -7,12 +7,15 @@
 //! reference. The [`Trainer`] runs PPO in it, as a [`lifelike_train::TrainingTask`]. A [`Policy`] is the file from
 //! which a [`lifelike_robot::Controller`] is made.
 //!
+//! [`GetUpSearch`] finds the keyframes of a get-up script instead, by the cross-entropy method.
+//!
 //! Reward terms are declared in [`rewards::terms`], terminations in [`terminations`], each once. [`plan::keys`] lists
 //! every key of a plan with unit, default and meaning. [`reference::rsi`] draws the starts of episodes.
 
 pub mod environment;
 mod episode;
 mod error;
+pub mod get_up;
 mod observe;
 pub mod plan;
 pub mod policy;
@@ -28,6 +31,7 @@ pub mod trainer;
 pub use environment::{Environment, Start};
 pub use episode::Episode;
 pub use error::TrackerError;
+pub use get_up::{GetUpPlan, GetUpSearch};
 pub use lifelike_train::StepOutcome;
 pub use plan::TrackerPlan;
 pub use policy::Policy;

@@ -10,7 +10,7 @@ pub struct BuiltinPlan {
 }
 
 /// The name tells the command: `track-...` is for `train tracker`.
-const KINDS: [(&str, &str); 9] = [
+const KINDS: [(&str, &str); 10] = [
     ("track", "train tracker"),
     ("prior", "train prior"),
     ("spline", "train spline"),
@@ -20,6 +20,7 @@ const KINDS: [(&str, &str); 9] = [
     ("cotrain", "cotrain"),
     ("evaluator", "train evaluator"),
     ("augmentation", "train augmentation"),
+    ("get", "train get-up"),
 ];
 
 macro_rules! plans {
@@ -56,6 +57,7 @@ pub fn builtin() -> impl Iterator<Item = BuiltinPlan> {
         "cotrain-g1",
         "evaluator",
         "augmentation",
+        "get-up",
     ]
     .into_iter()
 }

@@ -1,11 +1,13 @@
 //! `lifelike train ...`: a motion prior, then a policy, then its critic; a motion spline for editing; a generator of
-//! motion from text, and its evaluator. It also trains an augmentation of simulated states.
+//! motion from text, and its evaluator. It also trains an augmentation of simulated states, and
+//! searches a script that gets up.
 
 pub mod augmentation;
 pub mod critic;
 pub mod driver;
 pub mod evaluator;
 pub mod generator;
+pub mod get_up;
 mod keys;
 pub mod prior;
 pub mod processes;
@@ -21,7 +23,8 @@ use clap::Subcommand;
 use crate::error::CliError;
 use crate::output::Output;
 
-/// Train a motion prior, a tracking policy, its critic, a motion spline, a generator, its evaluator, or an augmentation.
+/// Train a motion prior, a tracking policy, its critic, a motion spline, a generator, its evaluator, an augmentation, or a get-up
+/// script.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// The kind of training.
@@ -40,6 +43,7 @@ pub enum Train {
     Generator(generator::Args),
     Evaluator(evaluator::Args),
     Augmentation(augmentation::Args),
+    GetUp(get_up::Args),
 }
 
 /// Runs the command.
@@ -55,5 +59,6 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         Train::Generator(args) => generator::run(args, output),
         Train::Evaluator(args) => evaluator::run(args, output),
         Train::Augmentation(args) => augmentation::run(args, output),
+        Train::GetUp(args) => get_up::run(args, output),
     }
 }
