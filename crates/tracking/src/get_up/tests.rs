@@ -45,7 +45,7 @@ fn a_candidate_is_the_script_that_it_was_made_of() {
 #[test]
 fn the_shipped_script_is_worth_more_than_one_that_only_lies() {
     let mut search = search();
-    let lie = vec![search.script.lie.clone()[1].clone(); 2];
+    let lie = vec![search.script.lie[1].clone(); 2];
     for (stage, keys) in [(Stage::Roll, search.script.roll.clone()), (Stage::Rise, search.script.rise.clone())] {
         let mut candidates = vec![lie.clone(); 16];
         candidates[0] = keys;

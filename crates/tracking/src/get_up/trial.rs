@@ -172,7 +172,7 @@ impl Trials {
             simulation.step(Drive::Targets(&targets))?;
         }
         let from = simulation.state().joint_position.clone();
-        let lie = vec![script.lie.clone(); 1];
+        let lie = [script.lie.clone()];
         self.play(simulation, &lie, &from, None, script.lie.iter().map(|key| key.seconds).sum(), |_, _| {})?;
         let (state, mut starts) = (simulation.state(), [Vec::new(), Vec::new()]);
         for i in ids.into_iter().filter(|i| !state.diverged[*i]) {
