@@ -76,11 +76,13 @@ mod tests {
         const MARKED: &str = include_str!("../../../data/sentences.txt");
         let grammar = Grammar::builtin().unwrap();
         let labels = labels(&grammar, &Phrases::new(&grammar).unwrap());
-        let number = |name: &str| labels.iter().position(|label| label == name);
+        let network = Network::load(reading::WEIGHTS).unwrap();
+        // A grammar may have newer verbs at its end; names that were trained on stay.
+        let unknown: Vec<&String> = network.labels.iter().filter(|label| !labels.contains(label)).collect();
+        assert!(unknown.is_empty(), "train the reader again (`data/README.md`): no longer known are {unknown:?}");
+        let number = |name: &str| network.labels.iter().position(|label| label == name);
         let held_out: Vec<Sentence> =
             MARKED.lines().skip(9).step_by(10).map(|line| Sentence::read(line, number).unwrap()).collect();
-        let network = Network::load(reading::WEIGHTS).unwrap();
-        assert_eq!(network.labels, labels, "train the reader again: `data/README.md`");
         let score = training::score(&network, &held_out);
         assert!(score.right as f64 > 0.7 * score.sentences as f64, "{score:?}");
         assert!(score.named[1] as f64 > 0.82 * score.named[0] as f64, "{score:?}");
