@@ -234,7 +234,8 @@ fn a_module_that_throws_is_seen() {
 #[ignore = "measures the machine"]
 fn times_on_the_screen() {
     // Until the first picture after the answer is complete: pixels that are read wait for it.
-    const PUSH: &str = "(async () => { const { scene, link } = studio; const take = scene.frame.bind(scene); let at = null;
+    const PUSH: &str =
+        "(async () => { const { scene, link } = studio; const take = scene.frame.bind(scene); let at = null;
         scene.frame = (packet) => { const head = take(packet); if (head.force > 0) at ??= scene.drawn; return head; };
         const began = performance.now();
         link.send({ pull: { body: 'pelvis', newtons: [20, 0, 0] } });
