@@ -288,7 +288,7 @@ fn situations_lists_manners_and_numbers_of_people() {
     ] {
         assert_eq!(line(text), expected, "{text}");
     }
-    for text in ["run at 100 km/h", "walk 2 km", "wag your tail", "jump 5 metres high"] {
+    for text in ["run at 100 km/h", "walk 2 km", "jump 5 metres high"] {
         assert!(!read(text).impossible.is_empty(), "{text}: {}", line(text));
     }
     assert!(read("give me a thumbs up").notes.iter().any(|note| note.contains("lacks a thumb")));
