@@ -154,8 +154,8 @@ pub struct Args {
     /// robot to stay on its feet.
     #[arg(long, group = "tracked")]
     pub project: bool,
-    /// The controller of --physics, --project and --by physics: a name or a file. Where none is given, the robot's own that comes
-    /// with the program; for jumps the one that jumps.
+    /// The controller of --physics, --project and --by physics: a name or a file. By default it is the robot's own that comes
+    /// with the program, and for jumps the one that jumps.
     #[arg(long)]
     pub policy: Option<PathBuf>,
     /// Folder of that page; beside the output where not given.
