@@ -9,8 +9,7 @@ use crate::request::{Message, Request, Screen};
 
 /// Largest request (bytes).
 pub const MAX_REQUEST: usize = 64 << 10;
-/// Payloads that are sent before one is acknowledged. A page that draws acknowledges between two pictures: with one
-/// payload the answer to a push waits for two of these pauses.
+/// Payloads that are sent before one is acknowledged: a page that draws acknowledges between two pictures only.
 const MAX_IN_FLIGHT: usize = 3;
 /// Acknowledgement of a payload.
 const SEEN: &str = "seen";
