@@ -29,7 +29,8 @@ Examples:
       --motions @experiments/track-20-test.txt -o out --quick
   lifelike bench robustness --policy runs/walk --motions walk.bvh -o out \\
       --only 'push root' --only hills
-  lifelike bench robustness --policy lima --only 'push root' --sizes 0.29,0.87,1.46 --seconds 90")]
+  lifelike bench robustness --policy lima --motions builtin -o out \\
+      --only 'push root' --sizes 0.29,0.87,1.46 --seconds 90")]
 pub struct Args {
     /// The policy.
     #[arg(short, long)]
