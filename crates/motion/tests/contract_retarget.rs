@@ -81,7 +81,7 @@ fn check(clip: &MotionClip, character: &Character, anatomy: &Anatomy) -> Check {
 
 /// Clips in which `humanoid`'s hands meet inside of each other: they are keyed for `lima`, whose hands are thinner. The
 /// retargeter does not keep hands apart.
-const HANDS_MEET: [&str; 12] = [
+const HANDS_MEET: [&str; 13] = [
     "baseball_swing",
     "block",
     "bowl",
@@ -92,6 +92,7 @@ const HANDS_MEET: [&str; 12] = [
     "hands_behind_back",
     "hug",
     "namaste",
+    "hands_on_head",
     "pray",
     "shoot_basketball",
 ];
