@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 continue;
             }
             let own = Action { side: verb.side, direction: verb.direction, ..Action::of(&verb.name) };
-            let clause = Clause { actions: vec![Action { speed, size, ..own }], seconds: None, rise: None, times: 1 };
+            let clause = Clause::new(vec![Action { speed, size, ..own }]);
             let Ok(made) = generator.perform(&clause, 1, 0) else {
                 all += 1;
                 line += "   none!";

@@ -13,7 +13,7 @@ pub use tracks::{KEYFRAMED, SIMULATED, SignalName, Tracks};
 
 use crate::error::LanguageError;
 use crate::facts::{Action, Facts, Mood, Relation, Size, Speed};
-use crate::grammar::{Acts, Grammar, Show, Tempo, Verb};
+use crate::grammar::{Acts, Grammar, Show, Synth, Tempo, Verb};
 use acting::Meanwhile;
 
 /// Tempo and amplitude that one sees: at most this share of the normal ones, and at least this.
@@ -210,7 +210,8 @@ fn of_action(tracks: &Tracks, verb: &Verb, action: &Action, meanwhile: Meanwhile
         add(Fact::Degrees, format!("{degrees} +- 20"), format!("{got:.0}"), (got - f64::from(degrees)).abs() <= 20.0);
     }
     if let Some(metres) = action.metres {
-        let got = measure::way(tracks);
+        let is_arc = verb.synth == Some(Synth::Curve);
+        let got = if is_arc { measure::wide(tracks) } else { measure::way(tracks) };
         let passed = (got / metres - 1.0).abs() <= DISTANCE;
         add(Fact::Distance, format!("{metres} m, within {:.0}%", 100.0 * DISTANCE), format!("{got:.2} m"), passed);
     }

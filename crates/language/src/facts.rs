@@ -107,6 +107,8 @@ pub struct Manner {
     pub speed: f64,
     /// Factor of the amplitude.
     pub size: f64,
+    /// Factor of the lift of arms.
+    pub lift: f64,
     /// Pitch of the chest (degrees, ahead is positive).
     pub chest: f64,
     /// Pitch of the head (degrees, down is positive).
@@ -128,14 +130,14 @@ impl Mood {
 
     /// Returns the changes that show it.
     pub fn manner(self) -> Manner {
-        let manner = |speed, size, chest, head| Manner { speed, size, chest, head };
+        let manner = |speed, size, lift, chest, head| Manner { speed, size, lift, chest, head };
         match self {
-            Self::Sad => manner(0.82, 0.9, 11.0, 18.0),
-            Self::Proud => manner(1.0, 1.15, -5.0, -11.0),
-            Self::Angry => manner(1.35, 1.2, 7.0, 10.0),
-            Self::Happy => manner(1.28, 1.3, -4.0, -10.0),
-            Self::Tired => manner(0.68, 0.8, 11.0, 18.0),
-            Self::Afraid => manner(0.88, 0.62, 9.0, 13.0),
+            Self::Sad => manner(0.82, 0.9, 0.85, 11.0, 18.0),
+            Self::Proud => manner(1.0, 1.15, 1.05, -5.0, -11.0),
+            Self::Angry => manner(1.35, 1.2, 1.05, 7.0, 10.0),
+            Self::Happy => manner(1.28, 1.3, 1.08, -4.0, -10.0),
+            Self::Tired => manner(0.68, 0.8, 0.85, 11.0, 18.0),
+            Self::Afraid => manner(0.88, 0.62, 0.72, 9.0, 13.0),
         }
     }
 }

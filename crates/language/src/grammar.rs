@@ -8,6 +8,7 @@
 mod draw;
 mod generator;
 mod perform;
+mod postures;
 mod score;
 mod table;
 mod vocabulary;

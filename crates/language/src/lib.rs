@@ -12,6 +12,7 @@ pub mod facts;
 pub mod grammar;
 pub mod humanml3d;
 mod mirror_caption;
+pub mod posture;
 pub mod script;
 mod touch;
 
@@ -19,6 +20,7 @@ pub use dataset::{CaptionedSet, Entry, Split};
 pub use error::LanguageError;
 pub use facts::Facts;
 pub use mirror_caption::mirror_caption;
+pub use posture::Posture;
 pub use touch::Touch;
 
 /// The README's example is a test.

@@ -10,7 +10,7 @@ use lifelike_character::{Anatomy, Character, Geom, GeomShape, Kinematics, Role, 
 use lifelike_motion::MotionClip;
 use lifelike_motion::edit::{Key, Target, place};
 use lifelike_motion::retarget::RetargetOptions;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::error::LanguageError;
 use crate::facts::Side;
@@ -31,7 +31,7 @@ const PASSES: usize = 3;
 pub const LEG: f64 = 0.82;
 
 /// A place that a hand touches. Of a pair of places it is the one on the hand's own side, unless said otherwise.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Touch {
     /// The other hand.

@@ -142,6 +142,12 @@ pub fn way(tracks: &Tracks) -> f64 {
     tracks.root.first().zip(tracks.root.last()).map_or(0.0, |(first, last)| ground(&(last - first)).norm())
 }
 
+/// Returns the width of the root's way along the ground (m): that of a circle is its diameter.
+pub fn wide(tracks: &Tracks) -> f64 {
+    let places = || tracks.root.iter().step_by(5).map(ground);
+    places().flat_map(|a| places().map(move |b| (a - b).norm())).fold(0.0, f64::max)
+}
+
 /// Returns the energy of a path: the mean square of its speed (m²/s²).
 pub fn energy(path: &[Vec3], fps: f64) -> f64 {
     let steps = path.windows(2).map(|w| ((w[1] - w[0]) * fps).norm_squared());

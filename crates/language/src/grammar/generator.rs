@@ -30,8 +30,10 @@ const LICENCE: &str = "MIT OR Apache-2.0";
 const FADE: f64 = 0.4;
 /// Radius of a curve (m, of the keyframed figure).
 const RADIUS: f64 = 1.3;
+/// Radii that a curve may have (m, of the keyframed figure).
+const RADII: [f64; 2] = [0.45, 6.0];
 /// Gravity (m/s^2).
-const GRAVITY: f64 = 9.81;
+pub(super) const GRAVITY: f64 = 9.81;
 /// Length of a step to the side (m, of the keyframed figure).
 const SIDE_STEP: f64 = 0.17;
 
@@ -86,6 +88,21 @@ impl<'a> Generator<'a> {
     /// Returns the robot's anatomy.
     pub(super) fn anatomy(&self) -> &Anatomy {
         self.anatomy
+    }
+
+    /// Returns the options of retargeting.
+    pub(super) fn options(&self) -> &RetargetOptions {
+        &self.options
+    }
+
+    /// Returns how many times the robot is smaller than the keyframed figure.
+    pub(super) fn smaller(&self) -> f64 {
+        self.smaller
+    }
+
+    /// Returns the places that its hands can touch; none without hands.
+    pub(super) fn touching(&self) -> Option<&Touching> {
+        self.touching.as_ref()
     }
 
     /// Returns what is normal of a verb; nothing where this robot cannot do it.
@@ -264,8 +281,14 @@ impl<'a> Generator<'a> {
         }
         match verb.synth {
             Some(Synth::Turn) => score.turn(part.degrees),
-            Some(Synth::Curve) => score.curve(RADIUS, part.degrees),
-            Some(Synth::Sideways) => score.sideways(part.cycles, [0.0, SIDE_STEP]),
+            Some(Synth::Curve) => {
+                let radius = part.action.metres.map_or(RADIUS, |wide| 0.5 * wide * self.smaller);
+                score.curve(radius.clamp(RADII[0], RADII[1]), part.degrees);
+            }
+            Some(Synth::Sideways) => {
+                let size = if part.action.size.is_some() { part.gain * part.gain } else { 1.0 };
+                score.sideways(part.cycles, [0.0, SIDE_STEP * size]);
+            }
             Some(Synth::Diagonal) => score.sideways(part.cycles, [SIDE_STEP, SIDE_STEP]),
             None => {}
         }
@@ -278,6 +301,9 @@ impl<'a> Generator<'a> {
         if let Some(manner) = part.action.mood.map(Mood::manner) {
             score.offset("chest", "pitch", manner.chest);
             score.offset("head", "pitch", manner.head);
+            if verb.touches.is_none() && matches!(verb.acts, Acts::Hand | Acts::Hands) {
+                ["left_arm", "right_arm"].iter().for_each(|arm| score.lift_part(arm, manner.lift));
+            }
         }
         score.faster(part.speed);
         score.fall(GRAVITY * self.smaller);

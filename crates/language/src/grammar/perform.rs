@@ -32,6 +32,8 @@ const PAUSE: f64 = 2.5;
 /// Corrections of a bend to an angle, and the sizes that it may have, beside the natural one.
 const BENDS: u32 = 2;
 const BEND: [f64; 2] = [0.2, 2.5];
+/// Least length of a step in any mood, as a share of the usual one.
+const SHORTEST: f64 = 0.8;
 /// Draws of tempo and amplitude until one can be performed.
 const TRIES: u64 = 8;
 /// Factor by which tempo and size are exaggerated where what was said is not seen, and the most of it.
@@ -41,7 +43,7 @@ const LESS_EMPHASIS: f64 = 0.88;
 const MOST_EMPHASIS: f64 = 1.5;
 /// Shortest stillness of arms that is a pose to be kept (s), and the time they take to get there and back.
 const KEPT: f64 = 0.6;
-const ARMS_UP: f64 = 1.0;
+pub(super) const ARMS_UP: f64 = 1.0;
 /// Fastest joint of a pose that is held (rad/s).
 const STILL: f64 = 1.0;
 /// Most cycles that a duration may ask for.
@@ -65,6 +67,11 @@ impl Generator<'_> {
         let once = |attempt: u64, emphasis: f64| {
             let mut rng = stream(seed, "clause", index, attempt);
             let clip = match clause.actions.as_slice() {
+                [action] if clause.is_only_postures() => self.postured(&clause.postures, action.mood),
+                [action] if !clause.postures.is_empty() => {
+                    let below = self.alone(action, clause.seconds, emphasis, &mut rng)?;
+                    self.held_during(&clause.postures[0], &action.verb, below)
+                }
                 [action] if clause.rise.is_some() => self.rising(action, clause.rise, emphasis, &mut rng),
                 [action] => self.alone(action, clause.seconds, emphasis, &mut rng),
                 [gesture, legs] => self.at_once(gesture, legs, clause.seconds, emphasis, &mut rng),
@@ -112,6 +119,9 @@ impl Generator<'_> {
     /// [`LanguageError::Grammar`] for a verb that the grammar has not.
     pub fn findings(&self, clip: &MotionClip, clause: &Clause) -> Result<Vec<Finding>, LanguageError> {
         let tracks = Tracks::of(clip, self.character(), self.anatomy())?;
+        if clause.is_only_postures() {
+            return Ok(self.findings_of_postures(&tracks, &clause.postures));
+        }
         check(&tracks, self.grammar(), &self.measurable(clause))
     }
 
@@ -176,6 +186,9 @@ impl Generator<'_> {
     /// As [`Self::findings`].
     pub fn findings_in_physics(&self, clip: &MotionClip, clause: &Clause) -> Result<Vec<Finding>, LanguageError> {
         let tracks = Tracks { lift: SIMULATED, ..Tracks::of(clip, self.character(), self.anatomy())? };
+        if clause.is_only_postures() {
+            return Ok(self.findings_of_postures(&tracks, &clause.postures));
+        }
         // Steps of physics are compared one by one by the evaluation's verdict.
         let steps = |verb: &Verb| verb.count.is_some_and(|rule| rule.signal == SignalName::Steps);
         let mut findings = check(&tracks, self.grammar(), &self.measurable(clause))?;
@@ -208,7 +221,8 @@ impl Generator<'_> {
         rng: &mut impl Rng,
     ) -> Result<MotionClip, LanguageError> {
         let mut part = self.part_of(action, emphasis, rng)?;
-        if let Some(metres) = action.metres {
+        let is_arc = self.grammar().verbs[part.verb].synth == Some(Synth::Curve);
+        if let Some(metres) = action.metres.filter(|_| !is_arc) {
             return self.as_far(part, metres, seconds, rng);
         }
         let Some(wanted) = seconds else { return self.shortened(self.part(&part, Some(rng))?) };
@@ -321,7 +335,8 @@ impl Generator<'_> {
         let wanted = seconds.unwrap_or(arms.seconds() + 0.6).max(arms.seconds() + 0.6);
         let below = self.part_of(legs, emphasis, rng)?;
         let long = self.shortened(self.part(&below, None)?)?.seconds() >= wanted;
-        let legs_clip = if let Some(metres) = legs.metres {
+        let is_arc = self.grammar().verbs[below.verb].synth == Some(Synth::Curve);
+        let legs_clip = if let Some(metres) = legs.metres.filter(|_| !is_arc) {
             self.as_far(below, metres, seconds, rng)?
         } else if long || legs.count.is_some() || legs.degrees.is_some() {
             let clip = self.shortened(self.part(&below, Some(rng))?)?;
@@ -407,7 +422,8 @@ impl Generator<'_> {
             Some(Synth::Curve) => action.degrees.map_or_else(|| rng.random_range(60.0..100.0), f64::from),
             _ => 0.0,
         };
-        let manner = action.mood.map_or(Manner { speed: 1.0, size: 1.0, chest: 0.0, head: 0.0 }, Mood::manner);
+        let manner =
+            action.mood.map_or(Manner { speed: 1.0, size: 1.0, lift: 1.0, chest: 0.0, head: 0.0 }, Mood::manner);
         let speed = match action.speed {
             Some(Speed::Slow) => rng.random_range(0.62..0.74) / emphasis,
             Some(Speed::Fast) => rng.random_range(1.35..1.5) * emphasis,
@@ -416,6 +432,8 @@ impl Generator<'_> {
         let gain = match action.size {
             Some(Size::Small) => rng.random_range(0.5..0.65) / emphasis,
             Some(Size::Big) => rng.random_range(1.32..1.45) * emphasis,
+            // Steps of fear are still steps.
+            None if verb.acts == Acts::Feet => manner.size.max(SHORTEST) * rng.random_range(0.9..1.1),
             None => manner.size * rng.random_range(0.9..1.1),
         };
         let part = PartDraw { verb: number, mirrored, cycles, degrees, speed, gain, action: action.clone() };
@@ -503,7 +521,7 @@ fn held(clip: &MotionClip, seconds: f64) -> MotionClip {
 }
 
 /// Returns a clip that stays at a frame for some frames more.
-fn repeated(clip: &MotionClip, at: usize, extra: usize) -> MotionClip {
+pub(super) fn repeated(clip: &MotionClip, at: usize, extra: usize) -> MotionClip {
     let joints = clip.joint_names.len();
     let times = |t: usize| if t == at { extra + 1 } else { 1 };
     let frames: Vec<usize> = (0..clip.len()).flat_map(|t| std::iter::repeat_n(t, times(t))).collect();
@@ -628,7 +646,7 @@ mod tests {
         let generator = Generator::of_verbs(&grammar, &lima, &anatomy, RetargetOptions::default(), &names).unwrap();
         for verb in touching {
             let action = Action { side: verb.side, ..Action::of(&verb.name) };
-            let clause = Clause { actions: vec![action], seconds: None, rise: None, times: 1 };
+            let clause = Clause::new(vec![action]);
             let made = generator.perform(&clause, 1, 0).unwrap();
             let touch = made.findings.iter().find(|finding| finding.fact == Fact::Touch).unwrap();
             assert_eq!(touch.passed, !OUT_OF_REACH.contains(&verb.name.as_str()), "{}: {}", verb.name, touch.got);

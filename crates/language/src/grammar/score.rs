@@ -170,6 +170,22 @@ impl Score {
         Ok(Self { seconds, cyclic, arm_swing, keys, steps: step, gaits: gait, jumps: jump, gravity })
     }
 
+    /// Returns a text in which nothing moves for so long (s).
+    pub fn empty(seconds: f64) -> Self {
+        let (keys, gravity) = (BTreeMap::new(), on_earth());
+        Self { seconds, cyclic: false, arm_swing: 0.0, keys, steps: vec![], gaits: vec![], jumps: vec![], gravity }
+    }
+
+    /// Adds a key after the others of its channel.
+    pub fn key(&mut self, part: &str, axis: &str, time: f64, value: f64) {
+        self.keys.entry((part.into(), axis.into())).or_default().push((time, value));
+    }
+
+    /// Adds a step.
+    pub fn step(&mut self, step: &Step) {
+        self.steps.push(step.clone());
+    }
+
     /// Sets the gravity of flights (m/s^2, in the figure's metres): that of a robot of another size.
     pub fn fall(&mut self, gravity: f64) {
         self.gravity = gravity;
@@ -290,6 +306,15 @@ impl Score {
     /// Scales all deviations from standing of one part of the body.
     pub fn scale_part(&mut self, part: &str, gain: f64) {
         for ((_, axis), keys) in self.keys.iter_mut().filter(|((of, _), _)| of == part) {
+            let rest = standing(axis);
+            keys.iter_mut().for_each(|key| key.1 = rest + gain * (key.1 - rest));
+        }
+    }
+
+    /// Scales how far an arm is lifted, ahead and aside.
+    pub fn lift_part(&mut self, arm: &str, gain: f64) {
+        let lifts = |axis: &str| axis == "raise" || axis == "aside";
+        for ((_, axis), keys) in self.keys.iter_mut().filter(|((part, axis), _)| part == arm && lifts(axis)) {
             let rest = standing(axis);
             keys.iter_mut().for_each(|key| key.1 = rest + gain * (key.1 - rest));
         }
@@ -456,6 +481,27 @@ impl Score {
 }
 
 impl Step {
+    /// Returns a step of the left (0) or the right foot (1) that has not come down yet.
+    pub fn new(foot: usize, start: f64, height: f64) -> Self {
+        let foot = if foot == 0 { "left" } else { "right" };
+        Self { foot: foot.into(), start, end: f64::INFINITY, to: [0.0; 2], yaw: 0.0, height, via: Vec::new() }
+    }
+
+    /// Returns when the foot leaves the ground (s).
+    pub fn begin(&self) -> f64 {
+        self.start
+    }
+
+    /// Goes through a place in the air.
+    pub fn via(&mut self, time: f64, to: [f64; 2], height: f64) {
+        self.via.push(Via { time, to, height });
+    }
+
+    /// Comes down.
+    pub fn land(&mut self, end: f64, to: [f64; 2]) {
+        (self.end, self.to) = (end, to);
+    }
+
     /// Returns the step later (s), and farther (m).
     fn later(&self, by: f64, [x, y]: [f64; 2]) -> Self {
         let moved = |to: [f64; 2]| [to[0] + x, to[1] + y];

@@ -57,6 +57,16 @@ impl Script {
             if !(1..=MAX_TIMES).contains(&clause.times) {
                 return fail(&format!("times from 1 to {MAX_TIMES}"), clause.times.to_string());
             }
+            let is_held = clause.postures.len() == 1 && clause.postures[0].moves_only_arms();
+            if !(clause.postures.is_empty() || clause.is_only_postures() || is_held && clause.actions.len() == 1) {
+                return fail(
+                    "'stand' beside postures, or one posture of arms",
+                    format!("{} postures", clause.postures.len()),
+                );
+            }
+            for posture in &clause.postures {
+                posture.check().map_err(|error| format!("clause {}: {error}", at + 1))?;
+            }
             for action in &clause.actions {
                 let verb = &action.verb;
                 if let Some(count) = action.count.filter(|count| !(1..=MAX_COUNT as u32).contains(count)) {

@@ -5,11 +5,25 @@ use super::reader::{Reader, name};
 use super::said::said;
 use super::split::Join;
 use super::{Clause, Script};
-use crate::facts::{Action, Side};
+use crate::facts::{Action, Direction, Side};
 use crate::grammar::{Acts, Verb};
 
 /// Gestures that nobody does while walking up to something.
-const STANDING: [&str; 8] = ["shake_hands", "knock", "high_five", "press_button", "drink", "eat", "pour", "give"];
+const STANDING: [&str; 13] = [
+    "shake_hands",
+    "knock",
+    "high_five",
+    "press_button",
+    "drink",
+    "eat",
+    "pour",
+    "give",
+    "hug",
+    "pray",
+    "open_door",
+    "pick_up",
+    "namaste",
+];
 
 /// Movements of the body on the spot that go on.
 const SWAYING: [&str; 6] = ["sway", "bounce", "shift_weight", "hip_circles", "step_touch", "hold_squat"];
@@ -54,6 +68,12 @@ impl Reader<'_> {
         (verb.once && words[does + 1..].iter().any(is_plural)).then_some(SOME)
     }
 
+    /// Returns whether "and" joins a pose of arms that is held: "squat and hold your arms straight out".
+    pub(super) fn is_held(&self, verb: &Verb, words: &[String]) -> bool {
+        let keeps = words.iter().any(|word| ["hold", "keep"].contains(&self.phrases.base(word).as_str()));
+        keeps && verb.is_pose() && matches!(verb.acts, Acts::Hand | Acts::Hands)
+    }
+
     /// Appends an action: to the last clause where it is done at once with it. `free`: nobody said the side of the last
     /// action, and of this one.
     pub(super) fn add(
@@ -91,7 +111,7 @@ impl Reader<'_> {
                 script.notes.push(format!("'{}' is done between two ways", turn.verb.replace('_', " ")));
                 *last = Clause { actions: vec![gait.clone()], ..last.clone() };
                 for action in [turn, gait] {
-                    script.clauses.push(Clause { actions: vec![action], seconds: None, rise: None, times: 1 });
+                    script.clauses.push(Clause::new(vec![action]));
                 }
             }
             (Some(None), Some(last)) => {
@@ -102,16 +122,20 @@ impl Reader<'_> {
                     text(&action),
                     before.join(" and ")
                 ));
-                script.clauses.push(Clause { actions: vec![action], seconds, rise: None, times });
+                script.clauses.push(Clause { seconds, times, ..Clause::new(vec![action]) });
             }
-            _ => script.clauses.push(Clause { actions: vec![action], seconds, rise: None, times }),
+            _ => script.clauses.push(Clause { seconds, times, ..Clause::new(vec![action]) }),
         }
     }
 
     /// Returns whether "and" is at once: a gesture and a walk, or the head and anything.
     fn goes_along(&self, before: &[Action], action: &Action) -> bool {
         let verbs: Vec<&Verb> = before.iter().chain([action]).filter_map(|a| self.grammar.verb(&a.verb).ok()).collect();
-        let gestures = |verb: &&Verb| verb.arms && !STANDING.contains(&verb.name.as_str());
+        let of_hands = |verb: &Verb| matches!(verb.acts, Acts::Hand | Acts::Hands);
+        let travels = verbs.iter().any(|verb| verb.acts == Acts::Feet && verb.direction != Some(Direction::InPlace));
+        // What is not made for walking legs, such as a pose of the hips, is done in place.
+        let is_carried = |verb: &Verb| verb.arms || verb.cycle.is_some() || !travels;
+        let gestures = |verb: &&Verb| of_hands(verb) && is_carried(verb) && !STANDING.contains(&verb.name.as_str());
         let goes_on = |verb: &&Verb| verb.carries || SWAYING.contains(&verb.name.as_str());
         verbs.iter().any(|verb| verb.acts == Acts::Head) || verbs.iter().any(goes_on) && verbs.iter().any(gestures)
     }

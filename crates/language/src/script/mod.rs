@@ -10,9 +10,11 @@ mod edited;
 mod joined;
 mod learned;
 mod limbs;
+mod manners;
 mod meaning;
 mod numbers;
 mod phrases;
+mod postures;
 mod reader;
 mod reading;
 mod said;
@@ -33,6 +35,7 @@ pub use reading::Reading;
 use crate::error::LanguageError;
 use crate::facts::{Action, Direction, Facts, Relation, Side, Size, Speed};
 use crate::grammar::{Grammar, Show};
+use crate::posture::Posture;
 
 /// Returns the words of all phrases of a grammar and of the lexicon, those that say little left out.
 ///
@@ -67,6 +70,9 @@ pub struct Clause {
     /// One action, or a gesture and the legs below it.
     #[serde(rename = "action")]
     pub actions: Vec<Action>,
+    /// Postures of an action that only stands, one after the other; one of arms that is held during another action.
+    #[serde(default, rename = "posture", skip_serializing_if = "Vec::is_empty")]
+    pub postures: Vec<Posture>,
     /// Duration that was asked for (s).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seconds: Option<f64>,
@@ -110,6 +116,21 @@ impl fmt::Display for Impossible {
 }
 
 impl Clause {
+    /// Returns a clause of actions of which nothing else is said.
+    pub fn new(actions: Vec<Action>) -> Self {
+        Self { actions, postures: Vec::new(), seconds: None, rise: None, times: 1 }
+    }
+
+    /// Returns a clause of postures.
+    pub fn of_postures(postures: Vec<Posture>) -> Self {
+        Self { postures, ..Self::new(vec![Action::of("stand")]) }
+    }
+
+    /// Returns whether it stands in postures; else a posture of arms is held during its action.
+    pub fn is_only_postures(&self) -> bool {
+        !self.postures.is_empty() && self.actions.iter().all(|action| action.verb == "stand")
+    }
+
     /// Returns what can be checked on its motion.
     pub fn facts(&self) -> Facts {
         let relation = if self.actions.len() > 1 { Relation::While } else { Relation::Single };
@@ -175,7 +196,7 @@ impl Script {
     pub fn with_nearest(mut self) -> Self {
         for one in self.impossible.iter().rev() {
             let Some(verb) = &one.nearest else { continue };
-            let clause = Clause { actions: vec![Action::of(verb)], seconds: None, rise: None, times: 1 };
+            let clause = Clause::new(vec![Action::of(verb)]);
             self.clauses.insert(one.at.min(self.clauses.len()), clause);
             self.notes.push(format!("'{}' is done as '{}': {}", one.said, name(verb), one.because));
         }
@@ -200,8 +221,12 @@ impl fmt::Display for Script {
 
 impl fmt::Display for Clause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, action) in self.actions.iter().enumerate() {
-            write!(f, "{}{}", if i > 0 { " while: " } else { "" }, words(action))?;
+        let postures: Vec<String> = self.postures.iter().map(Posture::words).collect();
+        let actions: Vec<String> = self.actions.iter().map(words).collect();
+        match (self.postures.is_empty(), self.is_only_postures()) {
+            (true, _) => write!(f, "{}", actions.join(" while: "))?,
+            (false, true) => write!(f, "{}", postures.join("; then "))?,
+            (false, false) => write!(f, "{} while: {}", postures.join("; then "), actions.join(" while: "))?,
         }
         if self.times > 1 {
             write!(f, ", {} times", self.times)?;

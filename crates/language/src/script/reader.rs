@@ -11,7 +11,7 @@ use super::situations::Situations;
 use super::spelling::spelt;
 use super::split::{Join, normal, pieces};
 use super::turns::{beyond, paced};
-use super::{Impossible, Script};
+use super::{Clause, Impossible, Script};
 use crate::checks::SignalName;
 use crate::error::LanguageError;
 use crate::facts::{Action, Direction, Side, Size, Speed};
@@ -31,6 +31,8 @@ pub(super) const MOST_WITHIN: usize = 2;
 /// Most times that a compound or an action without repetitions is done.
 const MOST_TIMES: u32 = 12;
 
+/// Gaits of which none goes to the side.
+const WALKS: [&str; 6] = ["walk", "walk_backward", "run", "jog_forward", "step_forward", "step_back"];
 /// A short way of what has no steps that are counted (m).
 const SHORT: f64 = 0.3;
 /// Duration of what is done "for a while" (s).
@@ -137,7 +139,13 @@ impl<'a> Reader<'a> {
                 let seconds = said.seconds.or(open.filter(|_| is_open));
                 // "Take four seconds to raise an arm": of a pose the way there.
                 let rise = said.seconds.filter(|_| said.is_way && verb.is_pose());
-                self.add(script, piece.join, action, seconds.filter(|_| rise.is_none()), times, free);
+                let holds = piece.join == Join::And && self.is_held(verb, &piece.words);
+                let join = if holds { Join::While } else { piece.join };
+                if self.runs_back(verb, &piece.words, script) {
+                    let turn = Action { direction: Some(Direction::Left), degrees: Some(180), ..Action::of("turn") };
+                    script.clauses.push(Clause::new(vec![turn]));
+                }
+                self.add(script, join, action, seconds.filter(|_| rise.is_none()), times, free);
                 if let Some(last) = script.clauses.last_mut().filter(|_| rise.is_some()) {
                     last.rise = rise;
                 }
@@ -160,7 +168,7 @@ impl<'a> Reader<'a> {
         let mut last_verb: Option<String> = None;
         let words = spelt(&self.phrases, normal(text), &mut script.notes);
         let words = without_negations(words, &mut script.notes);
-        let words = Self::held_together(words);
+        let words = self.counted_words(Self::held_together(words));
         for mut group in self.grouped(pieces(&words)) {
             if let (None, Some(verb)) = (&group.fit, &last_verb) {
                 self.repeat_verb(&mut group, verb);
@@ -202,6 +210,11 @@ impl<'a> Reader<'a> {
         let all = script.clauses.iter().rev().filter_map(|clause| clause.actions.last());
         let last = all.clone().find(|action| action.verb != "stand").or(all.clone().next());
         let last = last.and_then(|action| self.grammar.verbs.iter().position(|verb| verb.name == action.verb));
+        // "Go forward, go back, then left, then right": no walk goes to the side.
+        let is_aside = matches!(said.direction, Some(Direction::Left | Direction::Right)) && said.degrees.is_none();
+        let aside = self.grammar.verbs.iter().position(|verb| verb.name == "walk_sideways");
+        let is_walk = |verb: &usize| WALKS.contains(&self.grammar.verbs[*verb].name.as_str());
+        let last = if is_aside && last.as_ref().is_some_and(is_walk) { aside } else { last };
         let names = !said.used.is_empty() || piece.words.iter().any(|word| word == "other");
         if let (Some(verb), true, true) = (last, names, piece.words.iter().all(is_said)) {
             let fit = Fit { meaning: Meaning::Verb(verb), score: 0.0, explained: BTreeSet::new(), has_verb: false };
@@ -324,7 +337,7 @@ impl<'a> Reader<'a> {
             }
             match (out.last_mut(), join) {
                 (Some(last), Join::And | Join::Comma | Join::With | Join::While) => last.words.extend(words),
-                (Some(last), Join::Then) if said(&words).used.len() == words.len() && !turns_over(last, &words) => {
+                (Some(last), Join::Then) if self.says_more(last, &words) => {
                     last.words.extend(words);
                 }
                 (None, _) => orphan.extend(words),
@@ -350,6 +363,14 @@ impl<'a> Reader<'a> {
         out
     }
 
+    /// Returns whether words after "then" say more about the piece before: another way is another walk.
+    fn says_more(&self, last: &Piece, words: &[String]) -> bool {
+        let more = said(words);
+        let is_aside = matches!(more.direction, Some(Direction::Left | Direction::Right));
+        let walks = last.fit.as_ref().is_some_and(|fit| self.is_of_feet(fit));
+        more.used.len() == words.len() && !turns_over(last, words) && !(is_aside && walks && more.degrees.is_none())
+    }
+
     pub(super) fn fit(&self, words: &[String]) -> Option<Fit> {
         let said = said(words);
         // Of one hand, whichever.
@@ -366,7 +387,9 @@ impl<'a> Reader<'a> {
     /// Returns whether a new fit explains the verbs that the old one did.
     fn keeps_verb(&self, old: &Fit, new: &Fit) -> bool {
         old.meaning == new.meaning
-            || old.explained.iter().all(|word| new.explained.contains(word) || !self.phrases.is_verb(word))
+            || old.explained.iter().all(|word| {
+                new.explained.contains(word) || !self.phrases.is_verb(word) && !["up", "down"].contains(&word.as_str())
+            })
     }
 
     /// Returns whether a fit means a gesture.
@@ -454,11 +477,16 @@ impl<'a> Reader<'a> {
             }
             _ => {}
         }
+        let is_arc = verb.synth == Some(Synth::Curve);
         let travels = verb.acts == Acts::Feet
             && (verb.cycle.is_some() || matches!(verb.synth, Some(Synth::Sideways | Synth::Diagonal)))
             && verb.direction != Some(Direction::InPlace);
         match said.metres {
             Some(_) if travels => action.metres = said.metres,
+            // "A circle of two metres": its diameter.
+            Some(_) if is_arc => {
+                action.metres = said.metres.map(|metres| if said.is_radius { 2.0 * metres } else { metres })
+            }
             Some(_) => notes.push(format!("'{}' has no distance", name(verb))),
             None => {}
         }
@@ -494,7 +522,7 @@ impl<'a> Reader<'a> {
         });
         (action.speed, action.size, action.mood) =
             (said.speed.filter(|_| verb.takes_speed()), size.filter(|_| verb.takes_size()), said.mood);
-        let sizes = verb.takes_size() || verb.synth == Some(Synth::Turn) || verb.angles;
+        let sizes = verb.takes_size() || verb.synth.is_some() || verb.angles;
         let lost = [(said.speed.is_some() && !verb.takes_speed(), "speed"), (size.is_some() && !sizes, "size")];
         for (_, what) in lost.iter().filter(|(lost, _)| *lost) {
             notes.push(format!("'{}' has no {what} of its own", name(verb)));

@@ -2,15 +2,17 @@
 
 use std::collections::BTreeSet;
 
-use super::Impossible;
-use super::Script;
 use super::beside::without_negations;
 use super::learned::{Stretch, Taken};
 use super::phrases::{Fit, Meaning};
+use super::postures::{Segment, overlaid, segments};
 use super::reader::{Before, MOST_WITHIN, Piece, Reader};
+use super::said::said;
 use super::situations::Reaction;
 use super::spelling::spelt;
 use super::split::normal;
+use super::{Clause, Impossible, Script};
+use crate::grammar::Acts;
 
 /// Certainty from which the network is followed where rules leave words over, and where they do not. Chosen on sentences
 /// that the network was not trained on (`docs/results/language.md`).
@@ -24,6 +26,9 @@ const GUESS: f64 = 0.4;
 const CERTAIN: f64 = 0.6;
 /// Probability from which an action is named for words that were not understood.
 const NAMED: f64 = 0.1;
+
+/// Most repetitions of a whole sentence.
+const MOST_REPEATED: u32 = 10;
 
 /// Way to read a sentence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,9 +65,45 @@ impl Reader<'_> {
         }
     }
 
-    /// Reads a sentence by both.
+    /// Reads a sentence by both. "Repeat it" does everything before it again.
     fn read_by_both(&self, text: &str) -> Script {
+        let Some((before, times)) = repeated(text) else { return self.read_once(text) };
+        let mut script = self.read_once(&before);
+        let clauses = std::mem::take(&mut script.clauses);
+        script.clauses = (0..=times).flat_map(|_| clauses.iter().cloned()).collect();
+        script
+    }
+
+    /// Reads a sentence that asks for no repetition of what stands before.
+    fn read_once(&self, text: &str) -> Script {
+        let script = self.read_actions(text);
+        let is_pair = script.clauses.iter().any(|clause| clause.actions.len() > 1 || !clause.postures.is_empty());
+        let found = overlaid(&self.phrases, text).filter(|(_, posture)| !is_pair || posture.touches.is_some());
+        let Some((rest, posture)) = found else { return script };
+        if is_open(&self.read_within(&rest, MOST_WITHIN)) {
+            return script;
+        }
+        let mut below = self.read_actions(&rest);
+        let free_arms = |verb: &str| {
+            self.grammar()
+                .verb(verb)
+                .is_ok_and(|verb| !matches!(verb.acts, Acts::Hand | Acts::Hands) && verb.name != "stand")
+        };
+        let stands = |clause: &&mut Clause| {
+            clause.actions.len() == 1 && clause.postures.is_empty() && free_arms(&clause.actions[0].verb)
+        };
+        let Some(last) = below.clauses.last_mut().filter(stands) else { return script };
+        last.postures.push(posture);
+        below
+    }
+
+    /// Reads the actions of a sentence.
+    fn read_actions(&self, text: &str) -> Script {
         let mut rules = self.read_within(text, MOST_WITHIN);
+        let understood = |text: &str| !is_open(&self.read_within(text, MOST_WITHIN));
+        if let Some(segments) = segments(&self.phrases, text, is_open(&rules), understood) {
+            return self.read_segments(segments);
+        }
         let ByNetwork { script: network, certainty, asking } = self.read_by_network(text);
         let says_little = is_open(&rules) || verbs(&rules) == ["stand"];
         let is_one = rules.clauses.len() <= 1 && network.clauses.len() <= 2;
@@ -88,6 +129,25 @@ impl Reader<'_> {
         // The network cannot name a verb that is newer than it.
         let has_newer = knows_most && verbs(&rules).iter().any(|verb| self.is_newer(verb));
         if is_same || loses || knows_less || has_newer || certainty < least { rules } else { network }
+    }
+
+    /// Reads the parts of a sentence that has described postures.
+    fn read_segments(&self, segments: Vec<Segment>) -> Script {
+        let mut script = Script::default();
+        for segment in segments {
+            match segment {
+                Segment::Postures(clause) => script.clauses.push(clause),
+                Segment::Words(text) => {
+                    let mut part = self.read_by_both(&text);
+                    part.impossible.iter_mut().for_each(|one| one.at += script.clauses.len());
+                    script.clauses.append(&mut part.clauses);
+                    script.unknown.append(&mut part.unknown);
+                    script.notes.append(&mut part.notes);
+                    script.impossible.append(&mut part.impossible);
+                }
+            }
+        }
+        script
     }
 
     /// Returns whether a verb is newer than the network.
@@ -158,6 +218,37 @@ impl Reader<'_> {
             Meaning::Instead(_) => String::new(),
         }
     }
+}
+
+/// Returns what stands before "repeat it twice" at the end of a sentence, and how often it is repeated.
+fn repeated(text: &str) -> Option<(String, u32)> {
+    const WHAT: [&str; 16] = [
+        "it",
+        "that",
+        "this",
+        "everything",
+        "all",
+        "the",
+        "whole",
+        "thing",
+        "sequence",
+        "again",
+        "of",
+        "once",
+        "more",
+        "times",
+        "and",
+        "|",
+    ];
+    let words = normal(text);
+    let at = words.iter().rposition(|word| word == "repeat" || word == "repeats")?;
+    let after = &words[at + 1..];
+    let said = said(after);
+    let is_all = after.iter().all(|word| WHAT.contains(&word.as_str()) || said.used.contains(word));
+    let joins = |word: &&String| [",", "and", "then", "|"].contains(&word.as_str());
+    let kept = at - words[..at].iter().rev().take_while(joins).count();
+    let before: Vec<&str> = words[..kept].iter().map(|word| if word == "|" { "." } else { word }).collect();
+    (is_all && !before.is_empty()).then(|| (before.join(" "), said.count.unwrap_or(1).clamp(1, MOST_REPEATED)))
 }
 
 /// Returns whether rules left something of a sentence over, or guessed.

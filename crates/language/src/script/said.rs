@@ -19,6 +19,8 @@ pub(super) struct Said {
     pub level: Option<u32>,
     pub seconds: Option<f64>,
     pub metres: Option<f64>,
+    /// True where a length is called a radius.
+    pub is_radius: bool,
     /// Pace over the ground (m/s).
     pub pace: Option<f64>,
     /// True for "a bit": of what travels a short way, of the rest a small size.
@@ -122,6 +124,10 @@ pub(super) fn said(words: &[String]) -> Said {
     }
     let has_word = |all: &[&str]| words.iter().any(|word| all.contains(&word.as_str()));
     extent(&mut out, words);
+    out.is_radius = has_word(&["radius"]);
+    if out.metres.is_some() {
+        out.used.extend(["radius", "diameter", "wide", "across", "size"].map(String::from));
+    }
     out.holds = has_word(&["hold", "holds", "holding"]);
     if out.holds {
         out.used.extend(["hold", "holds", "holding"].map(String::from));
@@ -238,6 +244,11 @@ fn adverb(out: &mut Said, word: &str) -> bool {
     // Tempo and size at once.
     match word {
         "gently" | "softly" | "delicately" | "tenderly" | "gentle" => out.speed = out.speed.or(Some(Speed::Slow)),
+        "sarcastically" | "sarcastic" | "ironically" | "mockingly" | "theatrically" | "dramatically" => {
+            out.speed = out.speed.or(Some(Speed::Slow));
+        }
+        "unsure" | "uncertain" | "uncertainly" | "hesitant" | "hesitantly" | "hesitating" | "doubtfully"
+        | "doubtful" | "indecisive" | "unconvinced" => out.speed = out.speed.or(Some(Speed::Slow)),
         "gusto" | "vigorously" | "heartily" | "forcefully" | "powerfully" | "vigorous" => {
             out.speed = out.speed.or(Some(Speed::Fast));
         }
@@ -247,8 +258,8 @@ fn adverb(out: &mut Said, word: &str) -> bool {
         "slowly" | "slow" | "slower" | "leisurely" | "unhurriedly" | "calmly" | "gradually" | "sluggishly"
         | "lazily" | "amble" | "ambles" | "ambling" | "saunter" | "saunters" | "sauntering" | "stroll" | "strolls"
         | "strolling" | "dawdle" | "dawdles" | "dawdling" | "mosey" | "gingerly" | "patiently" | "serenely"
-        | "carefully" | "careful" | "elegantly" | "gracefully" | "solemnly" | "respectfully" | "smoothly"
-        | "relaxed" | "casually" | "thoughtfully" => {
+        | "carefully" | "careful" | "solemnly" | "solemnity" | "solemn" | "ceremoniously" | "reverently"
+        | "elegantly" | "gracefully" | "respectfully" | "smoothly" | "relaxed" | "casually" | "thoughtfully" => {
             out.speed = Some(Speed::Slow);
         }
         "quickly" | "fast" | "rapidly" | "briskly" | "hastily" | "swiftly" | "quick" | "hurriedly" | "speedily"
@@ -256,17 +267,19 @@ fn adverb(out: &mut Said, word: &str) -> bool {
         | "scurrying" | "scamper" | "scampers" | "scampering" | "hustle" | "hustles" | "hustling" | "rush"
         | "rushes" | "rushing" | "snappy" | "abruptly" | "suddenly" | "sharply" | "urgently" | "hasty" | "panic"
         | "panicky" => out.speed = Some(Speed::Fast),
-        "widely" | "wide" | "wider" | "large" | "larger" | "big" | "bigger" | "huge" | "vigorous" | "exaggerated"
-        | "broadly" | "deeply" | "deep" | "far" | "expansively" | "hugely" | "vigorously" | "generously"
-        | "dramatically" | "gusto" | "heartily" | "forcefully" | "theatrically" | "powerfully" => {
+        "widely" | "wide" | "wider" | "large" | "larger" | "big" | "bigger" | "huge" | "giant" | "gigantic"
+        | "enormous" | "massive" | "vigorous" | "exaggerated" | "broadly" | "deeply" | "deep" | "far"
+        | "expansively" | "hugely" | "vigorously" | "generously" | "dramatically" | "gusto" | "sarcastically"
+        | "sarcastic" | "ironically" | "mockingly" | "heartily" | "forcefully" | "theatrically" | "powerfully" => {
             out.size = Some(Size::Big)
         }
         "slightly" | "gently" | "gentle" | "tenderly" | "softly" | "lightly" | "delicately" | "smaller" | "shorter"
-        | "faintly" | "discreetly" | "small" | "tiny" | "barely" | "subtly" | "little" | "modestly" | "short"
-        | "subtle" => {
+        | "faintly" | "coldly" | "stiffly" | "discreetly" | "small" | "tiny" | "barely" | "subtly" | "little"
+        | "modestly" | "short" | "subtle" => {
             out.size = Some(Size::Small);
         }
-        "sadly" | "sad" | "dejectedly" | "dejected" | "gloomily" | "depressed" | "unhappily" | "sorrowfully"
+        "sadly" | "sad" | "sulky" | "moody" | "gloomy" | "melancholic" | "melancholically" | "wistfully"
+        | "regretfully" | "dejectedly" | "dejected" | "gloomily" | "depressed" | "unhappily" | "sorrowfully"
         | "unhappy" | "miserably" | "miserable" | "heartbroken" | "sorrow" | "grief" | "mournfully" | "glum"
         | "glumly" | "downcast" | "disappointed" | "crestfallen" | "hopelessly" | "sadness" | "sulkily" | "despair" => {
             out.mood = Some(Mood::Sad)
@@ -281,17 +294,20 @@ fn adverb(out: &mut Said, word: &str) -> bool {
         | "fury" | "enraged" | "crossly" | "livid" | "impatiently" => out.mood = Some(Mood::Angry),
         "happily" | "happy" | "joyfully" | "joyful" | "cheerfully" | "cheerful" | "excitedly" | "excited"
         | "enthusiastically" | "enthusiastic" | "merrily" | "gleefully" | "delighted" | "playfully" | "playful"
-        | "energetically" | "lively" | "joy" | "joyous" | "joyously" | "glee" | "delight" | "enthusiasm"
-        | "ecstatic" | "ecstatically" | "thrilled" | "elated" | "overjoyed" | "bouncy" | "bubbly" | "jolly"
-        | "upbeat" | "cheery" | "excitement" | "happiness" | "lightheartedly" => out.mood = Some(Mood::Happy),
+        | "energetically" | "lively" | "mischievously" | "mischievous" | "cheekily" | "cheeky" | "joy" | "joyous"
+        | "joyously" | "glee" | "delight" | "enthusiasm" | "ecstatic" | "ecstatically" | "thrilled" | "elated"
+        | "overjoyed" | "bouncy" | "bubbly" | "jolly" | "upbeat" | "cheery" | "excitement" | "happiness"
+        | "lightheartedly" => out.mood = Some(Mood::Happy),
         "tiredly" | "tired" | "wearily" | "weary" | "exhausted" | "exhaustedly" | "sleepily" | "sleepy"
         | "drowsily" | "fatigued" | "listlessly" | "halfheartedly" | "halfhearted" | "reluctantly" | "bored"
         | "unenthusiastically" | "limply" | "lethargically" | "exhaustion" | "apathetically" | "grudgingly" => {
             out.mood = Some(Mood::Tired)
         }
-        "fearfully" | "afraid" | "scared" | "nervously" | "nervous" | "timidly" | "timid" | "anxiously" | "anxious"
-        | "frightened" | "shyly" | "shy" | "hesitantly" | "terrified" | "suspicious" | "suspiciously" | "warily"
-        | "cautiously" | "cautious" | "sheepishly" | "embarrassed" | "awkwardly" | "worried" | "fear"
+        "unsure" | "uncertain" | "uncertainly" | "hesitant" | "hesitating" | "doubtfully" | "doubtful"
+        | "indecisive" | "unconvinced" | "guiltily" | "guilty" | "embarrassedly" | "submissively" | "meekly"
+        | "fearfully" | "afraid" | "scared" | "nervously" | "nervous" | "timidly" | "timid" | "anxiously"
+        | "anxious" | "frightened" | "shyly" | "shy" | "hesitantly" | "terrified" | "suspicious" | "suspiciously"
+        | "warily" | "cautiously" | "cautious" | "sheepishly" | "embarrassed" | "awkwardly" | "worried" | "fear"
         | "insecurely" | "bashfully" | "uneasily" | "tentatively" => out.mood = Some(Mood::Afraid),
         _ => return false,
     }

@@ -1,5 +1,6 @@
 //! Text to pieces: normal form, and what joins the pieces.
 
+use super::manners::with_manners;
 use super::numbers::{with_digits, with_plain_numbers, with_units};
 
 /// Relation of a piece to the one before it.
@@ -15,6 +16,19 @@ pub(in crate::script) enum Join {
     Comma,
     /// During it, or with what: "with".
     With,
+}
+
+impl Join {
+    /// Returns a word that joins so.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Then => "then",
+            Self::While => "while",
+            Self::And => "and",
+            Self::Comma => ",",
+            Self::With => "with",
+        }
+    }
 }
 
 /// Words that join, as they are in normal text; longer ones first.
@@ -98,6 +112,9 @@ pub(super) fn normal(text: &str) -> Vec<String> {
             '\u{b0}' | '\u{ba}' => out.push_str(" degrees "),
             '\'' | '\u{2019}' => {}
             '%' | '+' | '&' => out.push_str(" and "),
+            // "Plié" is typed without its accent by most.
+            '\u{e0}'..='\u{e5}' => out.push('a'),
+            '\u{e8}'..='\u{eb}' => out.push('e'),
             _ if c.is_alphanumeric() => {
                 // "90deg", "3x" and "5s" are a number and a unit.
                 if before.is_ascii_digit() && c.is_alphabetic() || before == 'x' && c.is_ascii_digit() {
@@ -124,6 +141,7 @@ pub(super) fn normal(text: &str) -> Vec<String> {
             words.splice(at..at + said.len(), [one.to_string()]);
         }
     }
+    let mut words = with_manners(words);
     // "The same time" is no unit.
     for at in 1..words.len() {
         if words[at - 1] == "same" && words[at] == "times" {
@@ -146,39 +164,8 @@ fn without_list_numbers(text: &str) -> String {
     items.fold(text.clone(), |text, item| text.replacen(&item, ". ", 1))
 }
 
-/// Phrases with words that join elsewhere, units and manners of several words, as one word; longer ones first.
-const ONE_WORD: [(&str, &str); 50] = [
-    ("like you dont really mean it", "halfheartedly"),
-    ("like you dont mean it", "halfheartedly"),
-    ("as if you dont really mean it", "halfheartedly"),
-    ("as if you dont mean it", "halfheartedly"),
-    ("without really meaning it", "halfheartedly"),
-    ("without meaning it", "halfheartedly"),
-    ("without any energy", "halfheartedly"),
-    ("without energy", "halfheartedly"),
-    ("as if nobody is watching", "wildly"),
-    ("like nobody is watching", "wildly"),
-    ("like nobodys watching", "wildly"),
-    ("like no one is watching", "wildly"),
-    ("as if no one is watching", "wildly"),
-    ("over the top", "theatrically"),
-    ("like you own the place", "proudly"),
-    ("like a king", "proudly"),
-    ("like a queen", "proudly"),
-    ("like a boss", "proudly"),
-    ("youre late", "hurriedly"),
-    ("you are late", "hurriedly"),
-    ("u are late", "hurriedly"),
-    ("late for work", "hurriedly"),
-    ("late for the train", "hurriedly"),
-    ("late for the bus", "hurriedly"),
-    ("in a rush", "hurriedly"),
-    ("in a hurry", "hurriedly"),
-    ("like on ice", "cautiously"),
-    ("as if on ice", "cautiously"),
-    ("like walking on ice", "cautiously"),
-    ("as if walking on ice", "cautiously"),
-    ("on thin ice", "cautiously"),
+/// Phrases with words that join elsewhere, and units of several words, as one word; longer ones first.
+const ONE_WORD: [(&str, &str); 20] = [
     ("for a little while", "awhile"),
     ("for a good while", "awhile"),
     ("for a long while", "awhile"),
@@ -198,6 +185,7 @@ const ONE_WORD: [(&str, &str); 50] = [
     ("meters per seconds", "mpers"),
     ("m per seconds", "mpers"),
     ("km per hour", "kmperh"),
+    ("n", "and"),
 ];
 
 /// Openings that ask for what follows, longer ones first.

@@ -276,7 +276,7 @@ fn situations_lists_manners_and_numbers_of_people() {
         ("do one and a half turn", "turn, to the left, 270 degrees, 2 times"),
         ("clap like you don't really mean it", "clap, both side, tired"),
         ("walk in a hurry, you are late!", "walk, forward, fast"),
-        ("lift your left knee to hip height and hold it", "balance, left side, 3 s"),
+        ("lift your left knee to hip height and hold it", "left foot up, held 3 s"),
         ("do squats", "squat, 3 times"),
         ("please to make a squat", "squat, once"),
         ("bow 40 degrees", "bow, 40 degrees"),
@@ -284,7 +284,7 @@ fn situations_lists_manners_and_numbers_of_people() {
         ("both hands on top of your head", "hands on head, both side"),
         ("twist your upper body to the right", "twist aside, to the right"),
         ("one hand wave, other hand on hip", "wave, right side while: hand on hip, left side"),
-        ("wave goodbye then walk away", "wave, right side; then walk, forward"),
+        ("wave goodbye then walk away", "wave, right side; then turn, to the left, 180 degrees; then walk, forward"),
     ] {
         assert_eq!(line(text), expected, "{text}");
     }
@@ -292,4 +292,77 @@ fn situations_lists_manners_and_numbers_of_people() {
         assert!(!read(text).impossible.is_empty(), "{text}: {}", line(text));
     }
     assert!(read("give me a thumbs up").notes.iter().any(|note| note.contains("lacks a thumb")));
+}
+
+#[test]
+fn described_limbs_become_postures() {
+    for (text, expected) in [
+        (
+            "raise your right hand, then your left hand, then put both down",
+            "right arm up 160 degrees; then left arm up 160 degrees; then both arms down",
+        ),
+        (
+            "raise left hand, raise right hand, put both down, kick",
+            "left arm up 160 degrees; then right arm up 160 degrees; then both arms down; then kick, right side",
+        ),
+        ("hands up! hands down! now kneel", "both arms up 160 degrees; then both arms down; then kneel, right side"),
+        ("lift your left knee to hip height and hold it", "left foot up, held 3 s"),
+        ("right knee up to the chest, hold 2 s, down", "right foot up, held 2 s; then right foot down"),
+        ("right elbow bent 90 degrees, forearm pointing up", "right arm ahead 84 degrees, elbow bent 90"),
+        (
+            "Bend both elbows so your forearms point up, upper arms straight out to the sides",
+            "both arms to the side 88 degrees, elbow bent 90",
+        ),
+        ("lean 20 degrees to the right and stay there", "trunk to the right 20, held 3 s"),
+        ("tilt ur head to one side and let it stay like that", "head to the right 25, trunk to the right 8, held 3 s"),
+        ("lift the right knee and the left arm together", "left arm up 160 degrees, right foot up"),
+        (
+            "both arms straight in front of you, then open them wide",
+            "both arms ahead 90 degrees; then both arms to the side 93 degrees",
+        ),
+        (
+            "arms out sideways, lower them to 45 degrees",
+            "both arms to the side 93 degrees; then both arms to the side 45 degrees",
+        ),
+        ("move your right foot back and bend the front knee", "right foot on the ground behind; then knees bent"),
+        (
+            "left arm forward, right arm back, and hold",
+            "left arm ahead 90 degrees, right arm behind 41 degrees, held 3 s",
+        ),
+        (
+            "chin down, chin up, chin down again",
+            "head forward 25, trunk straight; then head back 25, trunk straight; then head forward 25, trunk straight",
+        ),
+    ] {
+        assert_eq!(line(text), expected, "{text}");
+    }
+    // What a verb says as well stays that verb, and a row of postures beside unknown words is some action's description.
+    for (text, expected) in [
+        ("raise both arms", "raise arms, both side"),
+        ("put your hands on your hips", "hands on hips, both side"),
+        ("lift your right knee twice", "knee raise, right side, 2 times"),
+        ("step forward with your right foot", "step forward, forward, once"),
+    ] {
+        assert_eq!(line(text), expected, "{text}");
+    }
+}
+
+#[test]
+fn what_is_repeated_and_likened_is_read() {
+    for (text, expected) in [
+        ("squat, clap, repeat it once", "squat, once; then clap, both side; then squat, once; then clap, both side"),
+        ("clap clap clap", "clap, both side, 3 times"),
+        ("sway and flap your arms", "flap, both side while: sway"),
+        ("hands on your hips and sway side to side", "hands on hips, both side while: sway"),
+        (
+            "go forward, go back, then left, then right",
+            "walk, forward; then walk backward, backward; then walk sideways, to the left; then walk sideways, to the right",
+        ),
+        ("walk like you just lost your best friend", "walk, forward, sad"),
+        ("hurry up and walk over there, we are late", "walk, forward, fast"),
+        ("walk a circle about one meter wide", "walk curve, to the left, 360 degrees, 1 m"),
+        ("do a plié", "sumo squat, in place, once"),
+    ] {
+        assert_eq!(line(text), expected, "{text}");
+    }
 }

@@ -4,8 +4,8 @@ use super::reader::{LIMBS_AND_UNITS, Piece, Reader, name};
 use super::said::{Said, said};
 use super::split::Join;
 use super::{Clause, Script};
-use crate::facts::{Action, Side};
-use crate::grammar::{Acts, Synth, Tempo, Verb};
+use crate::facts::{Action, Direction, Side};
+use crate::grammar::{Acts, Show, Synth, Tempo, Verb};
 
 /// Time of both sides, once each, where a time is filled with them (s).
 const TURN: f64 = 6.0;
@@ -16,6 +16,8 @@ const PACED: [f64; 2] = [5.0, 4.0];
 /// Fastest pace (m/s) and longest way (m) that a motion here has.
 const FASTEST: f64 = 3.0;
 const FARTHEST: f64 = 30.0;
+/// Highest and longest jump (m).
+const HIGHEST: f64 = 0.3;
 
 impl Reader<'_> {
     /// Returns the walk ahead for "walk back" after somebody has turned around.
@@ -25,6 +27,32 @@ impl Reader<'_> {
         let has_turned = last.is_some_and(|last| self.is_turn(last) && last.degrees == Some(180));
         let is_return = verb.name == "walk_backward" && says(&["back"]) && !says(&["backward", "backwards"]);
         if has_turned && is_return { self.grammar.verb("walk").unwrap_or(verb) } else { verb }
+    }
+
+    /// Returns whether a gait needs a turn before it: "walk away", "tiptoe forward and run back".
+    pub(super) fn runs_back(&self, verb: &Verb, words: &[String], script: &Script) -> bool {
+        let says = |all: &[&str]| words.iter().any(|word| all.contains(&word.as_str()));
+        let last = script.clauses.iter().rev().flat_map(|clause| &clause.actions).find(|action| action.verb != "stand");
+        let has_gone = last.is_some_and(|last| last.direction == Some(Direction::Forward));
+        let goes = verb.acts == Acts::Feet && verb.direction == Some(Direction::Forward);
+        if goes && says(&["away"]) && !last.is_some_and(|last| self.is_turn(last)) {
+            return true;
+        }
+        goes && has_gone && says(&["back"]) && !says(&["backward", "backwards", "forward", "bend"])
+    }
+
+    /// Returns words in which a verb that is said again and again is counted: "clap clap clap" is three times.
+    pub(super) fn counted_words(&self, words: Vec<String>) -> Vec<String> {
+        let mut out = Vec::with_capacity(words.len());
+        for same in words.chunk_by(|a, b| a == b) {
+            let is_verb = same.len() > 1 && self.phrases.is_main_verb(&same[0]);
+            out.extend(if is_verb {
+                vec![same[0].clone(), same.len().to_string(), "times".into()]
+            } else {
+                same.to_vec()
+            });
+        }
+        out
     }
 
     /// Adds an action of one side and then of the other: "left and right" all of one side first, "alternating" one by one.
@@ -89,6 +117,10 @@ pub(super) fn beyond(verb: &Verb, said: &Said) -> Option<String> {
     let pace = said.pace.filter(|pace| *pace > FASTEST && verb.acts == Acts::Feet);
     if let Some(pace) = pace {
         return Some(format!("{pace:.1} m/s is faster than its legs go (at most {FASTEST} m/s)"));
+    }
+    let jumps = verb.shows.contains(&Show::Flight).then_some(said.metres).flatten();
+    if let Some(metres) = jumps.filter(|metres| *metres > HIGHEST) {
+        return Some(format!("{metres} m is more than it jumps: its feet rise by centimetres"));
     }
     let far = said.metres.filter(|metres| *metres > FARTHEST && verb.acts == Acts::Feet)?;
     Some(format!("{far} m is farther than a motion here goes (at most {FARTHEST} m)"))

@@ -262,6 +262,7 @@ pub fn builtin() -> impl Iterator<Item = (&'static str, &'static str)> {
         "violin",
         "volley_serve",
         "waddle",
+        "wag_finger",
         "walk",
         "walk_backward",
         "walk_curve",

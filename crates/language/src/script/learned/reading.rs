@@ -87,7 +87,8 @@ impl Learned {
             let Some((taken, certainty)) = self.taken(span) else { continue };
             let mut stretch = Stretch { join: join(between, inside), words: inside.to_vec(), taken, certainty };
             // The last of a list is one more of it: "wave, bow, and clap".
-            let is_list = out.iter().any(|one| one.join == Join::Comma) || between.iter().any(|word| word == ",");
+            let is_list =
+                out.iter().skip(1).any(|one| one.join == Join::Comma) || between.iter().any(|word| word == ",");
             if stretch.join == Join::And && is_list {
                 stretch.join = Join::Then;
             }
@@ -154,7 +155,7 @@ fn join(between: &[String], inside: &[String]) -> Join {
         }
         () if has(&["with"]) || first == "with" => Join::While,
         () if has(&[","]) && first.ends_with("ing") => Join::While,
-        () if has(&["and"]) && between.iter().all(|word| word == "and" || word == ",") => Join::And,
+        () if between.last().is_some_and(|word| word == "and") || first == "and" => Join::And,
         () => Join::Comma,
     }
 }

@@ -66,12 +66,12 @@ impl Path {
                 let degrees = turn.abs().round();
                 let direction = Some(if turn > 0.0 { Direction::Left } else { Direction::Right });
                 let action = Action { direction, degrees: Some(degrees as u32), ..Action::of("turn") };
-                out.clauses.push(Clause { actions: vec![action], seconds: None, rise: None, times: 1 });
+                out.clauses.push(Clause::new(vec![action]));
                 heading = wrapped(heading + (degrees * turn.signum()).to_radians());
             }
             let walk = Action { metres: Some((1e3 * metres).round() / 1e3), ..gait.clone() };
             let actions = gesture.iter().cloned().chain([walk]).collect();
-            out.clauses.push(Clause { actions, seconds: None, rise: None, times: 1 });
+            out.clauses.push(Clause::new(actions));
             at = *point;
         }
         Ok(out)

@@ -198,7 +198,10 @@ impl<'a> Speaker<'a> {
         // What the network composes of two actions skates (docs/results/language.md).
         // Durations and sizes of arcs are exact by rule alone.
         let timed = (clause.seconds.is_some() || clause.rise.is_some()) && self.by == By::Auto;
-        let whole = !timed && clause.times <= 1 && (clause.actions.len() == 1 || self.by == By::Network);
+        let whole = !timed
+            && clause.times <= 1
+            && clause.postures.is_empty()
+            && (clause.actions.len() == 1 || self.by == By::Network);
         if let Some(maker) = maker.filter(|_| whole) {
             let made = self.learned(maker, clause, seed, index)?;
             let holds = match &made {

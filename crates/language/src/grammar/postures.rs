@@ -1,0 +1,281 @@
+//! Postures as motion of a robot.
+
+use std::path::Path;
+
+use lifelike_motion::edit::{Compose, Length, compose, joints_of, trim};
+use lifelike_motion::retarget::retarget;
+use lifelike_motion::{MotionClip, keyframes};
+
+use super::generator::{GRAVITY, Generator};
+use super::perform::{ARMS_UP, repeated};
+use super::score::{Score, Step};
+use super::table::Acts;
+use crate::checks::{Fact, Finding, Tracks};
+use crate::error::LanguageError;
+use crate::facts::{Mood, Side};
+use crate::posture::{Arm, Foot, Posture, Turn};
+use crate::touch::LEG;
+
+/// Time before the first movement and after the last (s).
+const BEFORE: f64 = 0.3;
+const AFTER: f64 = 0.5;
+/// Time that every way takes, and more of it for each degree (s).
+const WAY: f64 = 0.55;
+const PER_DEGREE: f64 = 0.0045;
+/// Time in which the weight goes to the other foot, and in which a foot swings (s).
+const SHIFT: f64 = 0.65;
+const SWING: f64 = 0.6;
+/// Time of the ways of arms to a posture and back (s).
+const BOTH_WAYS: f64 = 2.2;
+/// Height of a step on the ground (m, of the keyframed figure).
+const STEP: f64 = 0.06;
+/// Factor of the time of what is done slowly.
+const SLOW: f64 = 1.7;
+/// Largest error of an arm's angle (degrees).
+const ANGLE: f64 = 20.0;
+/// Elbow from which an arm's angle is not measured at its hand (degrees).
+const BENT: f64 = 40.0;
+/// Share of a foot's height that must be reached.
+const HEIGHT: f64 = 0.4;
+
+/// Times of a posture (s): arrival, and end of the hold.
+#[derive(Debug, Clone, Copy)]
+struct Times {
+    arrive: f64,
+    leave: f64,
+}
+
+/// A figure that holds a posture.
+#[derive(Debug, Clone, Copy)]
+struct Figure {
+    arms: [Arm; 2],
+    head: Turn,
+    trunk: Turn,
+    feet: [Foot; 2],
+    sink: f64,
+}
+
+impl Figure {
+    const STANDING: Self = Self {
+        arms: [Arm::HANGING; 2],
+        head: Turn { pitch: 0.0, roll: 0.0, yaw: 0.0 },
+        trunk: Turn { pitch: 0.0, roll: 0.0, yaw: 0.0 },
+        feet: [Foot::STANDING; 2],
+        sink: 0.0,
+    };
+
+    /// Returns the figure after a posture. A foot that rises puts the other one down.
+    fn after(&self, posture: &Posture) -> Self {
+        let [left, right] = [posture.left_foot, posture.right_foot].map(|foot| foot.is_some_and(|f| f.height > 0.0));
+        let stays = |foot: Foot| if foot.height > 0.0 { Foot::STANDING } else { foot };
+        Self {
+            arms: [posture.left_arm.unwrap_or(self.arms[0]), posture.right_arm.unwrap_or(self.arms[1])],
+            head: posture.head.unwrap_or(self.head),
+            trunk: posture.trunk.unwrap_or(self.trunk),
+            feet: [
+                posture.left_foot.unwrap_or(if right { stays(self.feet[0]) } else { self.feet[0] }),
+                posture.right_foot.unwrap_or(if left { stays(self.feet[1]) } else { self.feet[1] }),
+            ],
+            sink: posture.sink.unwrap_or(self.sink),
+        }
+    }
+
+    /// Returns the time of the way to another figure (s), without that of the feet.
+    fn way(&self, other: &Self) -> f64 {
+        let arm = |a: &Arm, b: &Arm| {
+            [a.raise - b.raise, a.aside - b.aside, a.turn - b.turn, a.elbow - b.elbow]
+                .map(f64::abs)
+                .into_iter()
+                .fold(0.0, f64::max)
+        };
+        let turn = |a: &Turn, b: &Turn| {
+            2.0 * [a.pitch - b.pitch, a.roll - b.roll, a.yaw - b.yaw].map(f64::abs).into_iter().fold(0.0, f64::max)
+        };
+        let arms = arm(&self.arms[0], &other.arms[0]).max(arm(&self.arms[1], &other.arms[1]));
+        let turned = turn(&self.head, &other.head).max(turn(&self.trunk, &other.trunk));
+        WAY + PER_DEGREE * arms.max(turned)
+    }
+}
+
+/// Writes a text of keyframes: the figure at times, and its steps.
+struct Writer {
+    figures: Vec<(f64, Figure)>,
+    steps: Vec<Step>,
+    times: Vec<Times>,
+    end: f64,
+}
+
+/// Lays postures out in time; the last is followed by standing.
+fn laid_out(postures: &[Posture]) -> Writer {
+    let mut now = BEFORE;
+    let mut figure = Figure::STANDING;
+    let mut out = Writer { figures: vec![(now, figure)], steps: Vec::new(), times: Vec::new(), end: 0.0 };
+    let mut open: [Option<Step>; 2] = [const { None }; 2];
+    let last = Posture {
+        left_foot: Some(Foot::STANDING),
+        right_foot: Some(Foot::STANDING),
+        left_arm: Some(Arm::HANGING),
+        right_arm: Some(Arm::HANGING),
+        head: Some(Turn::default()),
+        trunk: Some(Turn::default()),
+        sink: Some(0.0),
+        ..Posture::default()
+    };
+    for posture in postures.iter().chain([&last]) {
+        let next = figure.after(posture);
+        let start = now;
+        let mut arrive = start + figure.way(&next) * if posture.slow { SLOW } else { 1.0 };
+        // First the foot that comes down, then the one that rises.
+        let mut from = start;
+        for foot in [0, 1] {
+            let (old, new) = (figure.feet[foot], next.feet[foot]);
+            if new.height > 0.0 || old == new {
+                continue;
+            }
+            let mut step = open[foot].take().unwrap_or_else(|| Step::new(foot, from + 0.5 * SHIFT, STEP));
+            let end = step.begin().max(from) + SWING;
+            step.land(end, new.to);
+            out.steps.push(step);
+            from = end + 0.3 * SHIFT;
+            arrive = arrive.max(end);
+        }
+        for foot in [0, 1].into_iter().filter(|foot| next.feet[*foot].height > 0.0) {
+            let new = next.feet[foot];
+            let is_new = open[foot].is_none();
+            let step = open[foot].get_or_insert_with(|| Step::new(foot, from + SHIFT, STEP));
+            if is_new {
+                arrive = arrive.max(step.begin() + SWING);
+            }
+            step.via(arrive, new.to, new.height);
+            step.via(arrive + posture.hold.max(0.1), new.to, new.height);
+        }
+        let leave = arrive + posture.hold.max(0.1);
+        figure = next;
+        out.figures.extend([(arrive, figure), (leave, figure)]);
+        out.times.push(Times { arrive, leave });
+        now = leave;
+    }
+    out.times.pop();
+    out.end = now + AFTER;
+    out
+}
+
+impl Writer {
+    /// Returns the keyframed text.
+    fn score(&self) -> Score {
+        let mut score = Score::empty(self.end);
+        for (time, figure) in &self.figures {
+            for (name, arm) in ["left_arm", "right_arm"].into_iter().zip(&figure.arms) {
+                for (axis, value) in
+                    [("raise", arm.raise), ("aside", arm.aside), ("turn", arm.turn), ("elbow", arm.elbow)]
+                {
+                    score.key(name, axis, *time, value);
+                }
+            }
+            for (name, turn, share) in
+                [("head", figure.head, 1.0), ("chest", figure.trunk, CHEST), ("pelvis", figure.trunk, 1.0 - CHEST)]
+            {
+                for (axis, value) in [("pitch", turn.pitch), ("roll", turn.roll), ("yaw", turn.yaw)] {
+                    score.key(name, axis, *time, share * value);
+                }
+            }
+            score.key("pelvis", "z", *time, -figure.sink);
+        }
+        self.steps.iter().for_each(|step| score.step(step));
+        score
+    }
+}
+
+/// Share of the trunk's rotation that the chest does; the pelvis does the rest.
+const CHEST: f64 = 0.75;
+
+impl Generator<'_> {
+    /// Makes the motion of postures.
+    pub(super) fn postured(&self, postures: &[Posture], mood: Option<Mood>) -> Result<MotionClip, LanguageError> {
+        let mut score = laid_out(postures).score();
+        if let Some(manner) = mood.map(Mood::manner) {
+            score.offset("chest", "pitch", manner.chest);
+            score.offset("head", "pitch", manner.head);
+            score.faster(manner.speed);
+        }
+        score.fall(GRAVITY * self.smaller());
+        let source = keyframes::parse(score.to_text().as_bytes(), Path::new("posture.keys.toml"))?;
+        let (mut clip, _) = retarget(&source, self.character(), self.anatomy(), self.options())?;
+        for posture in postures {
+            let (Some(touch), Some(touching)) = (posture.touches, self.touching()) else { continue };
+            let side = match (posture.left_arm, posture.right_arm) {
+                (Some(_), None) => Side::Left,
+                (None, Some(_)) => Side::Right,
+                _ => Side::Both,
+            };
+            clip = touching.reached(&clip, (self.character(), self.anatomy()), (touch, side), self.options())?;
+        }
+        Ok(clip)
+    }
+
+    /// Holds a posture of arms during a motion; on the spot they are there before it begins.
+    pub(super) fn held_during(
+        &self,
+        posture: &Posture,
+        verb: &str,
+        below: MotionClip,
+    ) -> Result<MotionClip, LanguageError> {
+        let on_the_spot = matches!(self.grammar().verb(verb)?.acts, Acts::Body | Acts::Foot);
+        let frames = if on_the_spot { (ARMS_UP * below.fps).round() as usize } else { 0 };
+        let below = repeated(&repeated(&below, below.len() - 1, frames), 0, frames);
+        let hold = (below.seconds() - BOTH_WAYS).max(0.1);
+        let arms = self.postured(&[Posture { hold, ..posture.clone() }], None)?;
+        let arms = trim(&arms, Some(0.2), Some((below.seconds() + 0.1).min(arms.seconds() - 0.1)))?;
+        let parts = match (posture.left_arm, posture.right_arm) {
+            (Some(_), None) => "left_arm",
+            (None, Some(_)) => "right_arm",
+            _ => "arms",
+        };
+        let joints = joints_of(self.character(), self.anatomy(), &[parts.into()])?;
+        Ok(compose(&below, &arms, &Compose { joints, offset: 0.0, length: Length::Return, fade: 0.3 })?)
+    }
+
+    /// Checks postures on a clip of them: arms by their angle, feet by their height.
+    pub(super) fn findings_of_postures(&self, tracks: &Tracks, postures: &[Posture]) -> Vec<Finding> {
+        let times = laid_out(postures).times;
+        let mut found = Vec::new();
+        for (posture, times) in postures.iter().zip(times) {
+            let frame = ((0.5 * (times.arrive + times.leave) * tracks.fps).round() as usize)
+                .min(tracks.len().saturating_sub(1));
+            let mut add = |fact: Fact, expected: String, got: String, passed: bool| {
+                found.push(Finding { verb: "posture".into(), fact, expected, got, passed });
+            };
+            for (side, arm) in [posture.left_arm, posture.right_arm].into_iter().enumerate() {
+                let Some(arm) = arm.filter(|arm| arm.elbow < BENT && posture.touches.is_none()) else { continue };
+                let (Some(hand), Some(shoulder)) = (tracks.hands[side].get(frame), tracks.shoulders[side].get(frame))
+                else {
+                    continue;
+                };
+                let way = hand - shoulder;
+                let got = way.x.hypot(way.y).atan2(-way.z).to_degrees();
+                let wanted = arm.elevation();
+                let name = if side == 0 { "left" } else { "right" };
+                add(
+                    Fact::Degrees,
+                    format!("{name} arm {wanted:.0} +- {ANGLE}"),
+                    format!("{got:.0}"),
+                    (got - wanted).abs() <= ANGLE,
+                );
+            }
+            for (side, foot) in [posture.left_foot, posture.right_foot].into_iter().enumerate() {
+                let Some(foot) = foot.filter(|foot| foot.height > 0.0) else { continue };
+                let Some(at) = tracks.feet[side].get(frame) else { continue };
+                let ground = tracks.feet[side].iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+                let (got, wanted) = (at.z - ground, HEIGHT * foot.height * tracks.leg / LEG);
+                let name = if side == 0 { "left" } else { "right" };
+                add(
+                    Fact::Shape,
+                    format!("{name} foot up by {:.0} cm", 100.0 * wanted),
+                    format!("{:.0} cm", 100.0 * got),
+                    got >= wanted,
+                );
+            }
+        }
+        found
+    }
+}

@@ -1,0 +1,771 @@
+//! Described postures: limbs that go somewhere and stay there, without the name of any action.
+//!
+//! "Raise the left hand, then the right one, hold it, put both down" is three postures in a row. A piece of a sentence is
+//! a posture if each of its words is known here and it says a limb and a place. An unknown word makes it none.
+
+use super::Clause;
+use super::beside::without_negations;
+use super::phrases::Phrases;
+use super::said::{Said, said};
+use super::spelling::spelt;
+use super::split::{Join, normal, pieces};
+use crate::facts::{Side, Size, Speed};
+use crate::posture::{Arm, Foot, Posture, Turn};
+use crate::touch::Touch;
+
+/// Duration of a hold on the way (s), of the last one, and of one that is said without a time.
+const ON_THE_WAY: f64 = 0.6;
+const AT_THE_END: f64 = 1.2;
+const HELD: f64 = 3.0;
+/// Angles of an arm that is lifted, and level (degrees).
+const UP: f64 = 162.0;
+const LEVEL: f64 = 90.0;
+/// Lean forward, back and aside, twist, and turns of the head where no angle is said (degrees).
+const FORWARD: f64 = 30.0;
+const BACK: f64 = 14.0;
+const ASIDE: f64 = 18.0;
+const TWIST: f64 = 40.0;
+const LOOK: f64 = 55.0;
+const NOD: f64 = 25.0;
+const MOST_LEAN: f64 = 50.0;
+
+const ARMS: [&str; 10] = ["arm", "arms", "hand", "hands", "fist", "fists", "palm", "palms", "upperarm", "upperarms"];
+const ELBOWS: [&str; 2] = ["elbow", "elbows"];
+const FOREARMS: [&str; 2] = ["forearm", "forearms"];
+const LEGS: [&str; 8] = ["leg", "legs", "foot", "feet", "knee", "knees", "thigh", "thighs"];
+const TRUNK: [&str; 5] = ["trunk", "torso", "body", "waist", "chest"];
+const MOVES: [&str; 32] = [
+    "raise",
+    "lift",
+    "put",
+    "hold",
+    "stretch",
+    "extend",
+    "bring",
+    "keep",
+    "lower",
+    "drop",
+    "bend",
+    "straighten",
+    "open",
+    "spread",
+    "reach",
+    "move",
+    "place",
+    "point",
+    "hang",
+    "let",
+    "tilt",
+    "lean",
+    "turn",
+    "twist",
+    "rotate",
+    "stick",
+    "set",
+    "stand",
+    "have",
+    "cross",
+    "fold",
+    "rest",
+];
+const PLACES: [&str; 49] = [
+    "up",
+    "down",
+    "high",
+    "overhead",
+    "above",
+    "over",
+    "sky",
+    "ceiling",
+    "air",
+    "out",
+    "side",
+    "sides",
+    "sideways",
+    "apart",
+    "wide",
+    "forward",
+    "forwards",
+    "front",
+    "ahead",
+    "behind",
+    "back",
+    "backward",
+    "backwards",
+    "height",
+    "level",
+    "bent",
+    "horizontal",
+    "horizontally",
+    "parallel",
+    "vertical",
+    "vertically",
+    "together",
+    "straight",
+    "hip",
+    "hips",
+    "shoulder",
+    "shoulders",
+    "eye",
+    "wider",
+    "than",
+    "across",
+    "belly",
+    "stomach",
+    "ground",
+    "floor",
+    "top",
+    "degrees",
+    "outward",
+    "upward",
+];
+const FILLERS: [&str; 42] = [
+    "the",
+    "your",
+    "his",
+    "her",
+    "its",
+    "their",
+    "my",
+    "a",
+    "an",
+    "to",
+    "at",
+    "in",
+    "on",
+    "of",
+    "it",
+    "them",
+    "so",
+    "that",
+    "with",
+    "and",
+    "you",
+    "please",
+    "still",
+    "there",
+    "for",
+    "about",
+    "fully",
+    "completely",
+    "slightly",
+    "little",
+    "this",
+    "position",
+    "pose",
+    "like",
+    "ur",
+    "into",
+    "from",
+    "now",
+    "opposite",
+    "loose",
+    "loosely",
+    "relaxed",
+];
+const OTHERS: [&str; 12] =
+    ["both", "other", "one", "each", "left", "right", "head", "chin", "upper", "straightened", "stay", "again"];
+/// Words that end a posture.
+const RETURNS: [&str; 3] = ["relax", "return", "lower"];
+/// Verbs that say where something is, and no movement.
+const STATES: [&str; 7] = ["rest", "point", "hang", "stand", "have", "hold", "keep"];
+/// Fewest movements in a row that are postures beside other actions.
+const IN_A_ROW: usize = 2;
+
+/// A piece of a sentence as a posture.
+struct Read {
+    posture: Posture,
+    /// True where a verb says that it is a movement of its own.
+    moves: bool,
+    /// True where no phrase of a verb says as much: a bent elbow, one that is held.
+    is_detailed: bool,
+}
+
+/// Limbs and the posture before, which words such as "them" and "the other" refer to.
+#[derive(Default)]
+struct Context {
+    arms: Option<Side>,
+    legs: Option<Side>,
+    before: Posture,
+    last_verb: String,
+}
+
+/// Words of a piece with what they say.
+struct Words<'a> {
+    words: &'a [String],
+    bases: Vec<String>,
+    said: Said,
+}
+
+impl Words<'_> {
+    fn has(&self, all: &[&str]) -> bool {
+        self.words.iter().chain(&self.bases).any(|word| all.contains(&word.as_str()))
+    }
+
+    /// Returns whether two or three words stand in a row.
+    fn has_row(&self, row: &[&str]) -> bool {
+        self.words.windows(row.len()).any(|words| words.iter().zip(row).all(|(a, b)| a == b))
+    }
+
+    /// Returns the number before "degrees", where it is not that of an elbow.
+    fn degrees(&self) -> Option<f64> {
+        self.said.degrees.map(f64::from)
+    }
+
+    fn names_limb(&self) -> bool {
+        [&ARMS[..], &ELBOWS, &FOREARMS, &LEGS].into_iter().any(|limbs| self.has(limbs))
+    }
+
+    /// Returns whether something goes there and back again and again.
+    fn repeats(&self) -> bool {
+        self.said.many || self.has_row(&["side", "to", "side"]) || self.has(&["from"])
+    }
+
+    fn is_known(&self, word: &str, base: &str) -> bool {
+        let lists: [&[&str]; 9] = [&ARMS, &ELBOWS, &FOREARMS, &LEGS, &TRUNK, &MOVES, &PLACES, &FILLERS, &OTHERS];
+        let known = lists.iter().any(|list| list.contains(&word) || list.contains(&base));
+        let is_number = word.parse::<f64>().is_ok() || word == "seconds" || word == "for";
+        known || is_number || RETURNS.contains(&base) || self.said.used.iter().any(|used| used == word)
+    }
+}
+
+/// A part of a sentence: postures, or words for phrases and rules.
+pub(super) enum Segment {
+    Postures(Clause),
+    Words(String),
+}
+
+/// Postures in a row.
+#[derive(Default)]
+struct Row {
+    postures: Vec<Posture>,
+    context: Context,
+    moves: usize,
+    is_detailed: bool,
+}
+
+impl Row {
+    /// Adds a piece. Returns false for one that is no posture.
+    fn add(&mut self, join: Join, piece: &Words<'_>) -> bool {
+        let Some(read) = read(piece, &mut self.context, !self.postures.is_empty()) else { return false };
+        self.is_detailed |= read.is_detailed;
+        let is_height =
+            piece.degrees().is_some() || piece.said.level.is_some() || piece.has(&["horizontal", "parallel"]);
+        let is_more =
+            piece.has(&ELBOWS) || piece.has(&FOREARMS) || piece.has(&["upper"]) || is_height && !piece.names_limb();
+        let is_along = match join {
+            Join::While | Join::With => true,
+            Join::And | Join::Comma => !read.moves,
+            Join::Then => false,
+        };
+        match self.postures.last_mut() {
+            Some(last) if read.posture.is_empty() => last.hold = last.hold.max(read.posture.hold),
+            // "The arms out, the elbows bent": the second says more about the first.
+            Some(last) if is_along && (is_more || !last.overlaps(&read.posture)) => last.extend(&read.posture),
+            _ => {
+                self.moves += 1;
+                self.postures.push(read.posture);
+            }
+        }
+        let sum = &mut self.context.before;
+        *sum = Posture::default();
+        self.postures.iter().for_each(|posture| sum.extend(posture));
+        true
+    }
+
+    /// Returns the postures as a clause.
+    fn clause(mut self) -> Clause {
+        let last = self.postures.len().saturating_sub(1);
+        for (number, posture) in self.postures.iter_mut().enumerate() {
+            posture.hold = posture.hold.max(if number == last { AT_THE_END } else { ON_THE_WAY });
+        }
+        Clause::of_postures(self.postures)
+    }
+}
+
+/// Divides a sentence into described postures and the rest; nothing where it has none that phrases do not say as well.
+/// `is_open`: phrases and rules left something of it over. `understood` says whether they
+/// understand a text.
+pub(super) fn segments(
+    phrases: &Phrases,
+    text: &str,
+    is_open: bool,
+    understood: impl Fn(&str) -> bool,
+) -> Option<Vec<Segment>> {
+    let words = spelt(phrases, normal(text), &mut Vec::new());
+    let words = without_negations(words, &mut Vec::new());
+    let pieces = pieces(&words);
+    let mut out: Vec<Segment> = Vec::new();
+    let mut at = 0;
+    while at < pieces.len() {
+        let mut row = Row::default();
+        let mut end = at;
+        while let Some((join, words)) = pieces.get(end) {
+            let bases = words.iter().map(|word| phrases.base(word)).collect();
+            if !row.add(*join, &Words { words, bases, said: said(words) }) {
+                break;
+            }
+            end += 1;
+        }
+        let is_whole = at == 0 && end == pieces.len();
+        let follows =
+            |place: usize| pieces.get(place).is_none_or(|(join, _)| !matches!(join, Join::While | Join::With));
+        let stands = match is_whole {
+            true => row.moves > 1 || row.is_detailed || is_open,
+            false => row.moves >= IN_A_ROW && follows(at) && follows(end),
+        };
+        if stands {
+            out.push(Segment::Postures(row.clause()));
+            at = end;
+            continue;
+        }
+        let (join, words) = &pieces[at];
+        match out.last_mut() {
+            Some(Segment::Words(text)) => *text += &format!(" {} {}", join.word(), words.join(" ")),
+            _ => out.push(Segment::Words(words.join(" "))),
+        }
+        at += 1;
+    }
+    // Beside words that only a guess reads, a description is one of some action.
+    let is_sure = |segment: &Segment| match segment {
+        Segment::Words(text) => understood(text),
+        Segment::Postures(_) => true,
+    };
+    (out.iter().any(|one| matches!(one, Segment::Postures(_))) && out.iter().all(is_sure)).then_some(out)
+}
+
+/// Finds arms that are somewhere during another action: "squat with your arms straight out in front". Returns the words of
+/// the action, and the posture.
+pub(super) fn overlaid(phrases: &Phrases, text: &str) -> Option<(String, Posture)> {
+    let words = spelt(phrases, normal(text), &mut Vec::new());
+    let pieces = pieces(&without_negations(words, &mut Vec::new()));
+    let mut rest: Vec<String> = Vec::new();
+    let mut found: Option<Posture> = None;
+    for (number, (join, words)) in pieces.iter().enumerate() {
+        let bases: Vec<String> = words.iter().map(|word| phrases.base(word)).collect();
+        let piece = Words { words, bases, said: said(words) };
+        let keeps = piece.has(&["hold", "keep"]) || piece.words.iter().any(|word| word.ends_with("ing"));
+        let is_along = match join {
+            Join::With | Join::While => true,
+            // In a row of actions a posture is one more.
+            Join::Comma => pieces.len() == 2,
+            Join::And => keeps,
+            Join::Then => false,
+        };
+        let posture =
+            read(&piece, &mut Context::default(), false).filter(|read| !read.moves || keeps).map(|read| read.posture);
+        let posture = posture.filter(|posture| number > 0 && is_along && posture.moves_only_arms());
+        match posture {
+            Some(_) if found.is_some() => return None,
+            Some(posture) => found = Some(posture),
+            None if number == 0 => rest.extend(words.iter().cloned()),
+            None => rest.extend([join.word().to_string()].iter().chain(words).cloned()),
+        }
+    }
+    Some((rest.join(" "), found?)).filter(|(rest, _)| !rest.is_empty())
+}
+
+/// Reads a piece; nothing for one that is no posture.
+fn read(piece: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read> {
+    if !piece.words.iter().zip(&piece.bases).all(|(word, base)| piece.is_known(word, base)) {
+        return None;
+    }
+    let said = &piece.said;
+    if piece.repeats() || said.count.is_some_and(|count| count > 1) || said.metres.is_some() || said.pace.is_some() {
+        return None;
+    }
+    let hold = said.seconds.or(piece.has(&["hold", "keep", "stay"]).then_some(HELD));
+    let verb = piece.bases.iter().find(|base| MOVES.contains(&base.as_str())).cloned();
+    let mut posture = Posture { slow: said.speed == Some(Speed::Slow), ..Posture::default() };
+    let mut detail = false;
+    let names_limb = piece.names_limb();
+    // "Palms down": how hands are turned.
+    if follows && piece.has(&["palm", "palms"]) && !piece.has(&["raise", "lift", "together", "on", "to", "chest"]) {
+        return Some(Read { posture, moves: false, is_detailed: false });
+    }
+    let refers = follows && (piece.has(&["it", "them", "both", "other"]) || !names_limb);
+    // "Bend down", "turn around" are actions.
+    let is_action = piece.has(&["bend", "turn", "twist", "rotate", "stand", "reach", "stretch"]) && !names_limb;
+    if is_action && !piece.has(&TRUNK) && !piece.has(&["head", "chin"]) && !piece.has_row(&["stand", "straight"]) {
+        return None;
+    }
+    let only_holds = hold.is_some() && !names_limb && !places(piece);
+    if only_holds {
+        if !follows {
+            return None;
+        }
+        let hold = hold.unwrap_or(HELD);
+        return Some(Read { posture: Posture { hold, ..posture }, moves: false, is_detailed: true });
+    }
+    let is_of_head = piece.has(&["head", "chin"]) && !on_the_head(piece) && !piece.has(&["height", "level"]);
+    if on_the_head(piece) && !names_limb && !refers {
+        return None;
+    }
+    let mentions_arms = piece.has(&ARMS) || piece.has(&ELBOWS) || piece.has(&FOREARMS);
+    let mentions_legs = piece.has(&LEGS);
+    let returns = follows && !names_limb && (piece.has(&["relax", "return"]) || piece.has_row(&["stand", "straight"]));
+    if returns {
+        posture = standing(&context.before);
+    } else if is_of_head && !mentions_arms {
+        posture.head = Some(head(piece)?);
+        posture.trunk = Some(Turn { roll: 0.3 * posture.head.map_or(0.0, |head| head.roll), ..Turn::default() });
+        detail |= hold.is_some();
+    } else if piece.has(&["lean", "tilt"]) && !mentions_arms
+        || piece.has(&["bend", "twist", "turn", "rotate"]) && piece.has(&TRUNK) && !names_limb
+    {
+        posture.trunk = Some(trunk(piece)?);
+        detail |= hold.is_some() || posture.trunk.is_some_and(|turn| turn.roll != 0.0) && piece.degrees().is_some();
+    } else if mentions_legs && !mentions_arms {
+        detail |= legs(piece, context, &mut posture)? || hold.is_some();
+    } else if mentions_arms || refers && context.arms.is_some() && !mentions_legs {
+        detail |= arms(piece, context, &mut posture)?;
+    } else if refers && context.legs.is_some() {
+        detail |= legs(piece, context, &mut posture)?;
+    } else {
+        return None;
+    }
+    posture.hold = hold.unwrap_or(0.0);
+    let goes = |(word, base): (&String, &String)| {
+        let is_verb = MOVES.contains(&base.as_str()) && !STATES.contains(&base.as_str());
+        is_verb && !word.ends_with("ing") && !word.ends_with("ed") && word != "bent"
+    };
+    let moves = piece.words.iter().zip(&piece.bases).any(goes) || is_down(&posture);
+    context.last_verb = verb.unwrap_or_else(|| std::mem::take(&mut context.last_verb));
+    Some(Read { posture, moves, is_detailed: detail })
+}
+
+/// Returns whether a piece names a place or a way.
+fn places(piece: &Words<'_>) -> bool {
+    piece.has(&PLACES[..24]) || piece.degrees().is_some()
+}
+
+/// Returns whether a posture only puts limbs down.
+fn is_down(posture: &Posture) -> bool {
+    let mut arms = posture.left_arm.iter().chain(&posture.right_arm);
+    let mut feet = posture.left_foot.iter().chain(&posture.right_foot);
+    !posture.is_empty() && arms.all(|arm| *arm == Arm::HANGING) && feet.all(|foot| *foot == Foot::STANDING)
+}
+
+/// Returns the posture of standing, of the parts that another one moved.
+fn standing(before: &Posture) -> Posture {
+    Posture {
+        left_arm: before.left_arm.map(|_| Arm::HANGING),
+        right_arm: before.right_arm.map(|_| Arm::HANGING),
+        head: before.head.map(|_| Turn::default()),
+        trunk: before.trunk.map(|_| Turn::default()),
+        left_foot: before.left_foot.map(|_| Foot::STANDING),
+        right_foot: before.right_foot.map(|_| Foot::STANDING),
+        sink: before.sink.map(|_| 0.0),
+        ..Posture::default()
+    }
+}
+
+/// Returns whether the head is only a place for hands.
+fn on_the_head(piece: &Words<'_>) -> bool {
+    piece.has(&["overhead", "above", "over", "behind", "top", "on"]) && piece.has(&["head"])
+}
+
+/// Returns the side of limbs that a piece names: as said, of the plural both, else the one before.
+fn side_of(piece: &Words<'_>, plural: bool, before: Option<Side>) -> Option<Side> {
+    if piece.has(&["other"]) {
+        return before.map(Side::mirrored);
+    }
+    if piece.has(&["both"]) || plural {
+        return Some(Side::Both);
+    }
+    piece.said.side
+}
+
+/// Reads arms. Returns whether no verb's phrase says as much.
+fn arms(piece: &Words<'_>, context: &mut Context, posture: &mut Posture) -> Option<bool> {
+    let plural = piece.has(&["arms", "hands", "elbows", "forearms", "fists", "palms", "upperarms", "them"])
+        && (piece.has(&ARMS)
+            || context.arms.is_none()
+            || context.arms == Some(Side::Both)
+            || both_moved(&context.before));
+    let names = piece.has(&ARMS) || piece.has(&ELBOWS) || piece.has(&FOREARMS);
+    let side =
+        side_of(piece, plural && piece.said.side.is_none(), context.arms).or(if names { None } else { context.arms });
+    // "An arm": the right one.
+    let side = side.or(names.then_some(Side::Right))?;
+    let (arm, touch, detail) = arm(piece, context, side)?;
+    context.arms = Some(side);
+    for own in posture.arm(side).into_iter().flatten() {
+        *own = Some(arm);
+    }
+    // Arms that are crossed lie over each other.
+    if arm == CROSSED[0] {
+        (posture.left_arm, posture.right_arm) = (Some(CROSSED[0]), Some(CROSSED[1]));
+    }
+    posture.touches = touch;
+    Some(detail)
+}
+
+const CROSSED: [Arm; 2] = [
+    Arm { raise: 29.0, aside: -19.0, turn: 58.0, elbow: 71.0 },
+    Arm { raise: 54.0, aside: -19.0, turn: 53.0, elbow: 65.0 },
+];
+
+/// Returns whether both arms were moved before.
+fn both_moved(before: &Posture) -> bool {
+    before.left_arm.is_some() && before.right_arm.is_some()
+}
+
+/// Reads where an arm goes, and what its hand touches.
+fn arm(piece: &Words<'_>, context: &Context, side: Side) -> Option<(Arm, Option<Touch>, bool)> {
+    let place = |raise, aside, turn, elbow| Arm { raise, aside, turn, elbow };
+    let on = piece.has(&["on", "to", "against"]);
+    let both = side == Side::Both;
+    let is_level = piece.has(&["height", "level", "high"]) && piece.said.level.is_some();
+    let crosses = piece.has(&["cross", "crossed", "fold", "folded"]) && !piece.has_row(&["the", "cross"]);
+    if piece.has(&["turn", "twist", "rotate"]) {
+        return None;
+    }
+    if crosses && !piece.has(&["shoulder", "back", "behind"]) && both {
+        return Some((CROSSED[0], None, false));
+    }
+    if on && piece.has(&["hip", "hips", "waist"]) && !is_level {
+        return Some((place(-22.0, 46.0, 52.0, 108.0), Some(Touch::Hip), false));
+    }
+    if on && piece.has(&["head"]) && !is_level && !piece.has(&["above", "over", "behind"]) {
+        return Some((place(180.0, 3.0, 101.0, 57.0), Some(Touch::Crown), false));
+    }
+    if piece.has(&["behind"]) && piece.has(&["head"]) {
+        return Some((place(160.0, 40.0, 60.0, 104.0), Some(Touch::Nape), false));
+    }
+    if piece.has_row(&["behind", "your", "back"]) || piece.has_row(&["behind", "the", "back"]) {
+        return Some((place(-60.0, 6.0, 49.0, 81.0), Some(Touch::Back), false));
+    }
+    if piece.has(&["belly", "stomach"]) && (on || piece.has(&["across"])) {
+        return Some((place(14.0, -14.0, 62.0, 88.0), Some(Touch::Belly), true));
+    }
+    if on && piece.has(&["chest"]) && !is_level {
+        return Some((place(42.0, -20.0, 65.0, 86.0), Some(Touch::Chest), false));
+    }
+    if on && piece.has(&["shoulder", "shoulders"]) && !is_level || crosses && !both {
+        let is_far = piece.has(&["other", "far", "opposite"]);
+        let crosses = crosses || is_far || piece.said.sides[2].is_some_and(|other| other != side);
+        return match crosses && !both {
+            true => Some((place(62.0, -24.0, 40.0, 95.0), Some(Touch::Shoulder), true)),
+            false => Some((place(20.0, 62.0, -20.0, 129.0), Some(Touch::OwnShoulder), false)),
+        };
+    }
+    if piece.has(&["chest"]) && piece.has(&["bend", "bent"]) && piece.has(&["front"]) {
+        return Some((place(50.0, -10.0, 40.0, 90.0), None, true));
+    }
+    if piece.has(&["together"]) && both {
+        return match piece.has(&["overhead", "above", "over", "up"]) {
+            true => Some((place(168.0, -6.0, 10.0, 20.0), Some(Touch::Hands), true)),
+            false => Some((place(52.0, -8.0, 32.0, 60.0), Some(Touch::Hands), true)),
+        };
+    }
+    let before = if side == Side::Left { context.before.left_arm } else { context.before.right_arm };
+    // "Upper arms out to the sides": the forearms stay as they are.
+    if let Some(before) = before.filter(|before| piece.has(&["upper"]) && before.elbow > 60.0) {
+        let turn = if before.raise > 60.0 { -88.0 } else { before.turn };
+        return Some((place(0.0, 88.0, turn, before.elbow), None, true));
+    }
+    let is_elbow = piece.has(&ELBOWS) || piece.has(&FOREARMS);
+    let degrees = piece.degrees();
+    let lifted = (!is_elbow).then_some(degrees).flatten().or(piece.said.level.map(f64::from));
+    let (ahead, aside) = (
+        piece.has(&["forward", "forwards", "front", "ahead"]),
+        piece.has(&["side", "sides", "sideways", "wide", "apart", "outward"]),
+    );
+    let aside = aside || piece.has(&["spread", "open"]) || piece.has(&["out"]) && !ahead;
+    let behind = piece.has(&["behind", "backward", "backwards"]) || piece.has(&["back"]) && !piece.has(&["bring"]);
+    let up =
+        piece.has(&["up", "overhead", "above", "over", "sky", "ceiling", "air", "upward", "vertical", "vertically"])
+            || piece.has(&["high"]) && lifted.is_none();
+    let is_lifted = piece.has(&["raise", "lift"]) || context.last_verb == "raise" || context.last_verb == "lift";
+    let down = piece.has(&["down", "lower", "drop", "hang", "rest"])
+        || piece.has_row(&["at", "your", "sides"])
+        || piece.has_row(&["by", "your", "sides"]);
+    if is_elbow {
+        return forearm(piece, before.unwrap_or(Arm::HANGING), up, aside, ahead);
+    }
+    if down && !up && lifted.is_none() {
+        return Some((Arm::HANGING, None, false));
+    }
+    let bent = if piece.has(&["bent"]) { 90.0 } else { 6.0 };
+    // "At shoulder height", "lower them to 45 degrees": the same way, another angle.
+    let is_height = lifted.is_some() || piece.has(&["horizontal", "horizontally", "parallel"]);
+    if let Some(before) = before.filter(|_| is_height && !(ahead || aside || behind || up)) {
+        let angle = lifted.unwrap_or(LEVEL);
+        let arm = if before.aside > 45.0 { Arm { aside: angle, ..before } } else { Arm { raise: angle, ..before } };
+        return Some((arm, None, false));
+    }
+    let found = match (ahead, aside, behind, up) {
+        (_, true, _, true) => place(0.0, lifted.unwrap_or(135.0), 0.0, bent),
+        (true, ..) => place(lifted.unwrap_or(LEVEL), 3.0, 0.0, bent),
+        (_, true, ..) => place(0.0, lifted.unwrap_or(LEVEL + 3.0), 0.0, bent),
+        (_, _, true, false) => place(-40.0, 8.0, 0.0, bent),
+        (.., true) => place(lifted.unwrap_or(UP), 8.0, 0.0, bent),
+        _ if piece.has(&["horizontal", "horizontally", "parallel", "level"]) || lifted.is_some() => {
+            place(lifted.unwrap_or(LEVEL), 3.0, 0.0, bent)
+        }
+        _ if is_lifted => place(UP, 8.0, 0.0, bent),
+        _ => return None,
+    };
+    Some((found, None, piece.has(&["bent"])))
+}
+
+/// Reads an elbow or a forearm of an arm.
+fn forearm(piece: &Words<'_>, before: Arm, up: bool, aside: bool, ahead: bool) -> Option<(Arm, Option<Touch>, bool)> {
+    let is_bent = piece.has(&["bend", "bent"]) || piece.degrees().is_some();
+    let is_straight = piece.has(&["straight", "straighten"]) && !is_bent;
+    let elbow = match (piece.degrees(), is_straight) {
+        (Some(degrees), _) => degrees.min(140.0),
+        (None, true) => 6.0,
+        (None, false) => 90.0,
+    };
+    let is_out = before.aside > 45.0 || aside;
+    let arm = match () {
+        // Forearms up: of arms to the sides, else of arms that are level ahead.
+        () if up && is_out => Arm { raise: 0.0, aside: 88.0, turn: -88.0, elbow },
+        () if up => Arm { raise: 84.0, aside: 10.0, turn: 0.0, elbow: elbow.max(85.0) },
+        () if aside && !ahead => Arm { raise: 0.0, aside: 88.0, turn: before.turn, elbow },
+        () if is_bent || is_straight || ahead => Arm { elbow, ..before },
+        () => return None,
+    };
+    Some((arm, None, true))
+}
+
+/// Reads legs. Returns whether no verb's phrase says as much.
+fn legs(piece: &Words<'_>, context: &mut Context, posture: &mut Posture) -> Option<bool> {
+    if piece.has(&["head", "chin"]) {
+        return None;
+    }
+    let plural = piece.has(&["legs", "feet", "knees"]);
+    let bends = piece.has(&["bend", "bent"]) && piece.has(&["knee", "knees", "legs", "leg"]);
+    if bends && (plural || piece.has(&["front"]) || context.legs.is_some()) && !piece.has(&["raise", "lift"]) {
+        let deep = if piece.said.size == Some(Size::Small) || piece.has(&["slightly", "little"]) { 0.06 } else { 0.13 };
+        posture.sink = Some(deep);
+        return Some(true);
+    }
+    let lowers = piece.has(&["lower", "drop"]) && piece.has(&["hip", "hips"]);
+    if lowers {
+        posture.sink = Some(0.13);
+        return Some(true);
+    }
+    if piece.has(&["straighten"]) && !piece.has(&["behind", "back", "front", "ahead", "forward", "side", "out"]) {
+        posture.sink = Some(0.0);
+        return Some(true);
+    }
+    if plural && piece.has(&["apart", "wide", "wider"]) {
+        (posture.left_foot, posture.right_foot) =
+            (Some(Foot { to: [0.0, 0.11], height: 0.0 }), Some(Foot { to: [0.0, -0.11], height: 0.0 }));
+        return Some(true);
+    }
+    if plural && piece.has(&["together"]) {
+        (posture.left_foot, posture.right_foot) = (Some(Foot::STANDING), Some(Foot::STANDING));
+        return Some(true);
+    }
+    if plural && !piece.has(&["them"]) {
+        return None;
+    }
+    let side = side_of(piece, false, context.legs).or(context.legs).or(piece.has(&LEGS).then_some(Side::Right))?;
+    context.legs = Some(side);
+    if piece.has_row(&["back", "leg"]) || piece.has_row(&["standing", "leg"]) {
+        return Some(true);
+    }
+    let (foot, detail) = foot(piece, side)?;
+    let before = if side == Side::Left { context.before.left_foot } else { context.before.right_foot };
+    if foot == Foot::STANDING && before.is_none_or(|before| before == Foot::STANDING) {
+        return None;
+    }
+    match side {
+        Side::Left => posture.left_foot = Some(foot),
+        Side::Right => posture.right_foot = Some(foot),
+        Side::Both => return None,
+    }
+    Some(detail)
+}
+
+/// Reads where a foot goes.
+fn foot(piece: &Words<'_>, side: Side) -> Option<(Foot, bool)> {
+    let out = if side == Side::Left { 1.0 } else { -1.0 };
+    let knee = piece.has(&["knee", "thigh"]);
+    let ahead = piece.has(&["forward", "forwards", "front", "ahead"]);
+    let aside = piece.has(&["side", "sides", "sideways"]) || piece.has(&["out"]) && !ahead;
+    let behind = piece.has(&["behind", "back", "backward", "backwards"]);
+    let lifts =
+        piece.has(&["raise", "lift", "hold", "keep", "stretch", "straighten", "extend", "up", "off", "air", "stick"]);
+    let steps = piece.has(&["move", "put", "place", "set", "bring"])
+        && (ahead || behind || aside)
+        && !piece.has(&["up", "air"]);
+    let lift = |to: [f64; 2], height: f64| Some((Foot { to, height }, false));
+    if piece.has(&["down", "lower", "drop", "ground", "floor"]) && !piece.has(&["up"]) {
+        return Some((Foot::STANDING, false));
+    }
+    if steps {
+        let to = match () {
+            () if behind => [-0.32, 0.0],
+            () if ahead => [0.3, 0.0],
+            () => [0.0, 0.2 * out],
+        };
+        return Some((Foot { to, height: 0.0 }, true));
+    }
+    // "Left foot back" is a step.
+    if piece.has(&["foot"]) && !lifts {
+        return None;
+    }
+    match () {
+        () if !lifts && !ahead && !behind && !aside => None,
+        () if knee => match piece.said.level {
+            Some(level) if level <= 75 => lift([0.3, 0.01 * out], 0.39),
+            _ => lift([0.24, 0.01 * out], 0.37),
+        },
+        () if behind => lift([-0.36, 0.01 * out], 0.17),
+        () if aside => lift([0.0, 0.34 * out], 0.16),
+        () if ahead => lift([0.42, 0.0], 0.2),
+        () => lift([0.1, 0.01 * out], 0.2),
+    }
+}
+
+/// Reads a lean or a twist of the trunk.
+fn trunk(piece: &Words<'_>) -> Option<Turn> {
+    let degrees = piece.degrees().map(|degrees| degrees.min(MOST_LEAN));
+    let small = if piece.said.size == Some(Size::Small) { 0.5 } else { 1.0 };
+    let usual = |angle: f64| degrees.unwrap_or(small * angle);
+    let side = piece.said.side.filter(|side| *side != Side::Both);
+    let sign = if side == Some(Side::Left) { 1.0 } else { -1.0 };
+    if piece.has(&["twist", "turn", "rotate"]) {
+        side?;
+        return Some(Turn { yaw: sign * usual(TWIST), ..Turn::default() });
+    }
+    if side.is_some() {
+        return Some(Turn { roll: -sign * usual(ASIDE), ..Turn::default() });
+    }
+    if piece.has(&["forward", "forwards", "front", "ahead", "down"]) {
+        return Some(Turn { pitch: usual(FORWARD), ..Turn::default() });
+    }
+    if piece.has(&["back", "backward", "backwards"]) {
+        return Some(Turn { pitch: -usual(BACK), ..Turn::default() });
+    }
+    let aside = piece.has(&["side", "sideways"]);
+    aside.then(|| Turn { roll: usual(ASIDE), ..Turn::default() })
+}
+
+/// Reads where the head goes.
+fn head(piece: &Words<'_>) -> Option<Turn> {
+    let degrees = piece.degrees().map(|degrees| degrees.min(MOST_LEAN));
+    let side = piece.said.side.filter(|side| *side != Side::Both);
+    let sign = if side == Some(Side::Left) { 1.0 } else { -1.0 };
+    let turns = piece.has(&["turn", "rotate", "twist"]);
+    match () {
+        () if turns && side.is_some() => Some(Turn { yaw: sign * degrees.unwrap_or(LOOK), ..Turn::default() }),
+        () if side.is_some() => Some(Turn { roll: -sign * degrees.unwrap_or(NOD), ..Turn::default() }),
+        () if piece.has(&["down", "lower", "drop", "hang", "forward"]) => {
+            Some(Turn { pitch: degrees.unwrap_or(NOD), ..Turn::default() })
+        }
+        () if piece.has(&["up", "raise", "lift", "back", "ceiling", "sky"]) => {
+            Some(Turn { pitch: -degrees.unwrap_or(NOD), ..Turn::default() })
+        }
+        () if piece.has(&["side", "sideways", "tilt"]) => {
+            Some(Turn { roll: degrees.unwrap_or(NOD), ..Turn::default() })
+        }
+        () if piece.has(&["straight", "level"]) => Some(Turn::default()),
+        () => None,
+    }
+}
