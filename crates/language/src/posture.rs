@@ -246,7 +246,11 @@ impl Posture {
         all.extend(self.trunk.map(|turn| format!("trunk {}", turn.words())));
         all.extend(self.left_foot.map(|foot| format!("left foot {}", foot.words())));
         all.extend(self.right_foot.map(|foot| format!("right foot {}", foot.words())));
-        all.extend(self.sink.map(|sink| if sink > 0.0 { "knees bent" } else { "knees straight" }.to_string()));
+        all.extend(
+            self.sink
+                .filter(|sink| *sink > 0.0)
+                .map(|sink| if sink > 0.1 { "knees bent" } else { "knees a little bent" }.to_string()),
+        );
         if self.hold >= 1.5 {
             all.push(format!("held {} s", self.hold));
         }

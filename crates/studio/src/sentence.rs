@@ -71,11 +71,13 @@ impl Understood {
         format!("{}{unknown}", self.script)
     }
 
-    /// Returns whether the sentence asks for what the network does not do exactly: an angle, a duration, several actions.
+    /// Returns whether the sentence asks for what the network does not do exactly: an angle, a duration, a posture,
+    /// several actions.
     pub fn is_exact(&self) -> bool {
         let [clause] = self.script.clauses.as_slice() else { return true };
         let angle = clause.actions.iter().any(|action| action.degrees.is_some());
-        angle || clause.times > 1 || clause.actions.len() > 1 || clause.seconds.is_some()
+        let is_plain = clause.times <= 1 && clause.actions.len() == 1 && clause.postures.is_empty();
+        angle || !is_plain || clause.seconds.is_some()
     }
 
     /// Returns whether the network was trained on the verbs of the sentence.

@@ -92,6 +92,8 @@ pub struct Tracks {
     pub head: Vec<[f64; 2]>,
     /// Pitch of the chest (rad, forward is positive); empty without chest.
     pub chest: Vec<f64>,
+    /// Lean of the chest to its right (rad); empty without chest.
+    pub chest_lean: Vec<f64>,
     /// Gaps between the left and the right hand and what they can touch (m).
     pub gaps: BTreeMap<Touch, Vec<[f64; 2]>>,
 }
@@ -131,6 +133,7 @@ impl Tracks {
             feet: [Vec::new(), Vec::new()],
             head: Vec::new(),
             chest: Vec::new(),
+            chest_lean: Vec::new(),
             gaps: BTreeMap::new(),
         };
         let sides = [
@@ -164,8 +167,9 @@ impl Tracks {
                 }
             }
             if let Some(place) = chest {
-                let ahead = level * kinematics.body_orientation[place.body] * chest_at_rest.inverse() * Vec3::x();
-                tracks.chest.push(down(&ahead));
+                let turn = level * kinematics.body_orientation[place.body] * chest_at_rest.inverse();
+                tracks.chest.push(down(&(turn * Vec3::x())));
+                tracks.chest_lean.push(-down(&(turn * Vec3::y())));
             }
             if let Some(place) = head {
                 let ahead = level * kinematics.body_orientation[place.body] * at_rest.inverse() * Vec3::x();
@@ -203,6 +207,7 @@ impl Tracks {
             feet: [points(&self.feet[0]), points(&self.feet[1])],
             head: if self.head.is_empty() { vec![] } else { self.head[range.clone()].to_vec() },
             chest: numbers(&self.chest),
+            chest_lean: numbers(&self.chest_lean),
             gaps: self.gaps.iter().map(|(touch, gaps)| (*touch, gaps[range.clone()].to_vec())).collect(),
         }
     }

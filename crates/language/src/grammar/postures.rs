@@ -23,8 +23,15 @@ const AFTER: f64 = 0.5;
 const WAY: f64 = 0.55;
 const PER_DEGREE: f64 = 0.0045;
 /// Time in which the weight goes to the other foot, and in which a foot swings (s).
-const SHIFT: f64 = 0.65;
-const SWING: f64 = 0.6;
+const SHIFT: f64 = 1.1;
+const SWING: f64 = 0.8;
+/// Spread of free arms on one foot (degrees).
+const BALANCE: f64 = 38.0;
+/// Depth of the pelvis on one foot (m, of the keyframed figure).
+const BENT_KNEE: f64 = 0.02;
+/// Trunk angles from which a motion is measured and made again (degrees), and the gains of that.
+const MEASURED: f64 = 8.0;
+const GAINS: [f64; 2] = [0.6, 2.4];
 /// Time of the ways of arms to a posture and back (s).
 const BOTH_WAYS: f64 = 2.2;
 /// Height of a step on the ground (m, of the keyframed figure).
@@ -63,6 +70,18 @@ impl Figure {
         feet: [Foot::STANDING; 2],
         sink: 0.0,
     };
+
+    /// Returns the figure as it is written: free arms keep the balance on one foot.
+    fn balanced(&self) -> Self {
+        let mut out = *self;
+        if self.feet.iter().any(|foot| foot.height > 0.0) {
+            out.sink = self.sink.max(BENT_KNEE);
+            for arm in out.arms.iter_mut().filter(|arm| **arm == Arm::HANGING) {
+                arm.aside = BALANCE;
+            }
+        }
+        out
+    }
 
     /// Returns the figure after a posture. A foot that rises puts the other one down.
     fn after(&self, posture: &Posture) -> Self {
@@ -151,7 +170,7 @@ fn laid_out(postures: &[Posture]) -> Writer {
         }
         let leave = arrive + posture.hold.max(0.1);
         figure = next;
-        out.figures.extend([(arrive, figure), (leave, figure)]);
+        out.figures.extend([(arrive, figure.balanced()), (leave, figure.balanced())]);
         out.times.push(Times { arrive, leave });
         now = leave;
     }
@@ -186,12 +205,38 @@ impl Writer {
     }
 }
 
-/// Share of the trunk's rotation that the chest does; the pelvis does the rest.
-const CHEST: f64 = 0.75;
+/// Shares of the trunk's rotation that chest and pelvis do.
+const CHEST: f64 = 0.7;
+const PELVIS: f64 = 0.4;
 
 impl Generator<'_> {
-    /// Makes the motion of postures.
+    /// Makes the motion of postures. A trunk that leans is measured, and made again with the angle that it lacks.
     pub(super) fn postured(&self, postures: &[Posture], mood: Option<Mood>) -> Result<MotionClip, LanguageError> {
+        let clip = self.keyframed(postures, mood)?;
+        let most = |angle: fn(&Turn) -> f64| {
+            let angles = postures.iter().filter_map(|posture| posture.trunk.as_ref()).map(|turn| angle(turn).abs());
+            angles.fold(0.0, f64::max)
+        };
+        let (pitch, roll) = (most(|turn| turn.pitch), most(|turn| turn.roll));
+        if pitch.max(roll) < MEASURED {
+            return Ok(clip);
+        }
+        let tracks = Tracks::of(&clip, self.character(), self.anatomy())?;
+        let reached = |values: &[f64]| values.iter().map(|angle| angle.to_degrees().abs()).fold(0.0, f64::max);
+        let gain = |wanted: f64, values: &[f64]| match wanted < MEASURED || values.is_empty() {
+            true => 1.0,
+            false => (wanted / reached(values).max(1.0)).clamp(GAINS[0], GAINS[1]),
+        };
+        let (pitch, roll) = (gain(pitch, &tracks.chest), gain(roll, &tracks.chest_lean));
+        let scaled = |turn: Turn| Turn { pitch: pitch * turn.pitch, roll: roll * turn.roll, ..turn };
+        let again: Vec<Posture> =
+            postures.iter().map(|posture| Posture { trunk: posture.trunk.map(scaled), ..posture.clone() }).collect();
+        // More than the legs can carry stays as it was.
+        Ok(self.keyframed(&again, mood).unwrap_or(clip))
+    }
+
+    /// Makes the motion of postures as they are written.
+    fn keyframed(&self, postures: &[Posture], mood: Option<Mood>) -> Result<MotionClip, LanguageError> {
         let mut score = laid_out(postures).score();
         if let Some(manner) = mood.map(Mood::manner) {
             score.offset("chest", "pitch", manner.chest);

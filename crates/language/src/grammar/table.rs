@@ -206,7 +206,8 @@ impl Verb {
     /// go. Hands that go to a place have none.
     pub fn takes_size(&self) -> bool {
         let repeats = self.cycle.is_some() && self.count.is_some_and(|rule| rule.signal != SignalName::Flights);
-        self.sizes || repeats && self.direction != Some(Direction::InPlace) || self.is_inclined()
+        let steps = self.synth == Some(Synth::Sideways);
+        self.sizes || steps || repeats && self.direction != Some(Direction::InPlace) || self.is_inclined()
     }
 
     /// Returns whether it only stands or sways, which is the same all the time.

@@ -28,6 +28,10 @@ const TWIST: f64 = 40.0;
 const LOOK: f64 = 55.0;
 const NOD: f64 = 25.0;
 const MOST_LEAN: f64 = 50.0;
+/// Depths of the pelvis (m, of the keyframed figure): knees that bend, a little, and over feet far apart.
+const DEEP: f64 = 0.13;
+const SHALLOW: f64 = 0.06;
+const FAR: f64 = 0.06;
 
 const ARMS: [&str; 10] = ["arm", "arms", "hand", "hands", "fist", "fists", "palm", "palms", "upperarm", "upperarms"];
 const ELBOWS: [&str; 2] = ["elbow", "elbows"];
@@ -408,7 +412,7 @@ fn read(piece: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
         posture = standing(&context.before);
     } else if is_of_head && !mentions_arms {
         posture.head = Some(head(piece)?);
-        posture.trunk = Some(Turn { roll: 0.3 * posture.head.map_or(0.0, |head| head.roll), ..Turn::default() });
+        posture.trunk = Some(Turn { roll: 0.5 * posture.head.map_or(0.0, |head| head.roll), ..Turn::default() });
         detail |= hold.is_some();
     } else if piece.has(&["lean", "tilt"]) && !mentions_arms
         || piece.has(&["bend", "twist", "turn", "rotate"]) && piece.has(&TRUNK) && !names_limb
@@ -639,13 +643,14 @@ fn legs(piece: &Words<'_>, context: &mut Context, posture: &mut Posture) -> Opti
     let plural = piece.has(&["legs", "feet", "knees"]);
     let bends = piece.has(&["bend", "bent"]) && piece.has(&["knee", "knees", "legs", "leg"]);
     if bends && (plural || piece.has(&["front"]) || context.legs.is_some()) && !piece.has(&["raise", "lift"]) {
-        let deep = if piece.said.size == Some(Size::Small) || piece.has(&["slightly", "little"]) { 0.06 } else { 0.13 };
+        let deep =
+            if piece.said.size == Some(Size::Small) || piece.has(&["slightly", "little"]) { SHALLOW } else { DEEP };
         posture.sink = Some(deep);
         return Some(true);
     }
     let lowers = piece.has(&["lower", "drop"]) && piece.has(&["hip", "hips"]);
     if lowers {
-        posture.sink = Some(0.13);
+        posture.sink = Some(DEEP);
         return Some(true);
     }
     if piece.has(&["straighten"]) && !piece.has(&["behind", "back", "front", "ahead", "forward", "side", "out"]) {
@@ -655,6 +660,7 @@ fn legs(piece: &Words<'_>, context: &mut Context, posture: &mut Posture) -> Opti
     if plural && piece.has(&["apart", "wide", "wider"]) {
         (posture.left_foot, posture.right_foot) =
             (Some(Foot { to: [0.0, 0.11], height: 0.0 }), Some(Foot { to: [0.0, -0.11], height: 0.0 }));
+        posture.sink = Some(if piece.has(&["low", "bent"]) { DEEP } else { 0.5 * FAR });
         return Some(true);
     }
     if plural && piece.has(&["together"]) {
@@ -673,6 +679,10 @@ fn legs(piece: &Words<'_>, context: &mut Context, posture: &mut Posture) -> Opti
     let before = if side == Side::Left { context.before.left_foot } else { context.before.right_foot };
     if foot == Foot::STANDING && before.is_none_or(|before| before == Foot::STANDING) {
         return None;
+    }
+    // A leg reaches far on the ground with bent knees alone.
+    if foot.height == 0.0 && foot != Foot::STANDING {
+        posture.sink = Some(FAR);
     }
     match side {
         Side::Left => posture.left_foot = Some(foot),
@@ -713,8 +723,8 @@ fn foot(piece: &Words<'_>, side: Side) -> Option<(Foot, bool)> {
     match () {
         () if !lifts && !ahead && !behind && !aside => None,
         () if knee => match piece.said.level {
-            Some(level) if level <= 75 => lift([0.3, 0.01 * out], 0.39),
-            _ => lift([0.24, 0.01 * out], 0.37),
+            Some(level) if level <= 75 => lift([0.22, 0.01 * out], 0.38),
+            _ => lift([0.18, 0.01 * out], 0.36),
         },
         () if behind => lift([-0.36, 0.01 * out], 0.17),
         () if aside => lift([0.0, 0.34 * out], 0.16),

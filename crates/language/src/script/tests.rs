@@ -60,7 +60,7 @@ fn free_words_become_actions() {
         ("before you wave, take a bow", "bow; then wave, right side"),
         ("step forward with your right foot", "step forward, forward, once"),
         ("turn around", "turn, to the left, 180 degrees"),
-        ("sidestep to the left, 3 small steps", "walk sideways, to the left, 3 times"),
+        ("sidestep to the left, 3 small steps", "walk sideways, to the left, 3 times, small"),
         ("tunr 90 degres rigth", "turn, to the right, 90 degrees"),
         ("wave with the lefft hand, no rush", "wave, left side"),
         ("walk ahead, waving", "wave, right side while: walk, forward"),
@@ -314,7 +314,7 @@ fn described_limbs_become_postures() {
             "both arms to the side 88 degrees, elbow bent 90",
         ),
         ("lean 20 degrees to the right and stay there", "trunk to the right 20, held 3 s"),
-        ("tilt ur head to one side and let it stay like that", "head to the right 25, trunk to the right 8, held 3 s"),
+        ("tilt ur head to one side and let it stay like that", "head to the right 25, trunk to the right 12, held 3 s"),
         ("lift the right knee and the left arm together", "left arm up 160 degrees, right foot up"),
         (
             "both arms straight in front of you, then open them wide",
@@ -324,7 +324,10 @@ fn described_limbs_become_postures() {
             "arms out sideways, lower them to 45 degrees",
             "both arms to the side 93 degrees; then both arms to the side 45 degrees",
         ),
-        ("move your right foot back and bend the front knee", "right foot on the ground behind; then knees bent"),
+        (
+            "move your right foot back and bend the front knee",
+            "right foot on the ground behind, knees a little bent; then knees bent",
+        ),
         (
             "left arm forward, right arm back, and hold",
             "left arm ahead 90 degrees, right arm behind 41 degrees, held 3 s",
