@@ -137,7 +137,7 @@ impl Foot {
         let [ahead, left] = self.to;
         let way = match () {
             () if left.abs() > 0.08 => " to the side",
-            () if ahead > 0.3 => " ahead",
+            () if ahead > 0.2 => " ahead",
             () if ahead < -0.1 => " behind",
             () => "",
         };

@@ -34,8 +34,11 @@ const MEASURED: f64 = 8.0;
 const GAINS: [f64; 2] = [0.6, 2.4];
 /// Time of the ways of arms to a posture and back (s).
 const BOTH_WAYS: f64 = 2.2;
+/// Shares of the trunk's rotation that chest and pelvis do.
+const CHEST: f64 = 0.7;
+const PELVIS: f64 = 0.4;
 /// Height of a step on the ground (m, of the keyframed figure).
-const STEP: f64 = 0.06;
+const STEP: f64 = 0.09;
 /// Factor of the time of what is done slowly.
 const SLOW: f64 = 1.7;
 /// Largest error of an arm's angle (degrees).
@@ -192,7 +195,7 @@ impl Writer {
                 }
             }
             for (name, turn, share) in
-                [("head", figure.head, 1.0), ("chest", figure.trunk, CHEST), ("pelvis", figure.trunk, 1.0 - CHEST)]
+                [("head", figure.head, 1.0), ("chest", figure.trunk, CHEST), ("pelvis", figure.trunk, PELVIS)]
             {
                 for (axis, value) in [("pitch", turn.pitch), ("roll", turn.roll), ("yaw", turn.yaw)] {
                     score.key(name, axis, *time, share * value);
@@ -204,10 +207,6 @@ impl Writer {
         score
     }
 }
-
-/// Shares of the trunk's rotation that chest and pelvis do.
-const CHEST: f64 = 0.7;
-const PELVIS: f64 = 0.4;
 
 impl Generator<'_> {
     /// Makes the motion of postures. A trunk that leans is measured, and made again with the angle that it lacks.

@@ -1,0 +1,182 @@
+//! Arms: where hands go, and how elbows bend.
+
+use super::{ARMS, Context, ELBOWS, FOREARMS, Words, side_of};
+use crate::facts::Side;
+use crate::posture::{Arm, Posture};
+use crate::touch::Touch;
+
+/// Angles of an arm that is lifted, and level (degrees).
+const UP: f64 = 162.0;
+const LEVEL: f64 = 90.0;
+
+/// Reads arms. Returns whether no verb's phrase says as much.
+pub(super) fn arms(piece: &Words<'_>, context: &mut Context, posture: &mut Posture) -> Option<bool> {
+    let plural = piece.has(&["arms", "hands", "elbows", "forearms", "fists", "palms", "upperarms", "them"])
+        && (piece.has(&ARMS)
+            || context.arms.is_none()
+            || context.arms == Some(Side::Both)
+            || both_moved(&context.before));
+    let names = piece.has(&ARMS) || piece.has(&ELBOWS) || piece.has(&FOREARMS);
+    let side =
+        side_of(piece, plural && piece.said.side.is_none(), context.arms).or(if names { None } else { context.arms });
+    // "An arm": the right one.
+    let side = side.or(names.then_some(Side::Right))?;
+    let (arm, touch, detail) = arm(piece, context, side)?;
+    context.arms = Some(side);
+    for own in posture.arm(side).into_iter().flatten() {
+        *own = Some(arm);
+    }
+    // Arms that are crossed lie over each other.
+    if arm == CROSSED[0] {
+        (posture.left_arm, posture.right_arm) = (Some(CROSSED[0]), Some(CROSSED[1]));
+    }
+    posture.touches = touch;
+    Some(detail)
+}
+
+const CROSSED: [Arm; 2] = [
+    Arm { raise: 29.0, aside: -19.0, turn: 58.0, elbow: 71.0 },
+    Arm { raise: 54.0, aside: -19.0, turn: 53.0, elbow: 65.0 },
+];
+
+/// Returns whether both arms were moved before.
+fn both_moved(before: &Posture) -> bool {
+    before.left_arm.is_some() && before.right_arm.is_some()
+}
+
+/// An arm, what its hand touches, and whether no verb's phrase says as much.
+type Placed = (Arm, Option<Touch>, bool);
+
+/// Reads where an arm goes, and what its hand touches.
+fn arm(piece: &Words<'_>, context: &Context, side: Side) -> Option<Placed> {
+    // How a hand is turned is no posture here.
+    if piece.has(&["turn", "twist", "rotate"]) {
+        return None;
+    }
+    at_a_place(piece, side).or_else(|| in_a_direction(piece, context, side))
+}
+
+fn place(raise: f64, aside: f64, turn: f64, elbow: f64) -> Arm {
+    Arm { raise, aside, turn, elbow }
+}
+
+/// Reads an arm whose hand is at a part of the body.
+fn at_a_place(piece: &Words<'_>, side: Side) -> Option<Placed> {
+    let on = piece.has(&["on", "to", "against"]);
+    let both = side == Side::Both;
+    let is_level = piece.has(&["height", "level", "high"]) && piece.said.level.is_some();
+    let crosses = piece.has(&["cross", "crossed", "fold", "folded"]) && !piece.has_row(&["the", "cross"]);
+    if crosses && !piece.has(&["shoulder", "back", "behind"]) && both {
+        return Some((CROSSED[0], None, false));
+    }
+    if on && piece.has(&["hip", "hips", "waist"]) && !is_level {
+        return Some((place(-22.0, 46.0, 52.0, 108.0), Some(Touch::Hip), false));
+    }
+    if on && piece.has(&["head"]) && !is_level && !piece.has(&["above", "over", "behind"]) {
+        return Some((place(180.0, 3.0, 101.0, 57.0), Some(Touch::Crown), false));
+    }
+    if piece.has(&["behind"]) && piece.has(&["head"]) {
+        return Some((place(160.0, 40.0, 60.0, 104.0), Some(Touch::Nape), false));
+    }
+    if piece.has_row(&["behind", "your", "back"]) || piece.has_row(&["behind", "the", "back"]) {
+        return Some((place(-60.0, 6.0, 49.0, 81.0), Some(Touch::Back), false));
+    }
+    if piece.has(&["belly", "stomach"]) && (on || piece.has(&["across"])) {
+        return Some((place(14.0, -14.0, 62.0, 88.0), Some(Touch::Belly), true));
+    }
+    if on && piece.has(&["chest"]) && !is_level {
+        return Some((place(42.0, -20.0, 65.0, 86.0), Some(Touch::Chest), false));
+    }
+    if on && piece.has(&["shoulder", "shoulders"]) && !is_level || crosses && !both {
+        let is_far = piece.has(&["other", "far", "opposite"]);
+        let crosses = crosses || is_far || piece.said.sides[2].is_some_and(|other| other != side);
+        return match crosses && !both {
+            true => Some((place(62.0, -24.0, 40.0, 95.0), Some(Touch::Shoulder), true)),
+            false => Some((place(20.0, 62.0, -20.0, 129.0), Some(Touch::OwnShoulder), false)),
+        };
+    }
+    if piece.has(&["chest"]) && piece.has(&["bend", "bent"]) && piece.has(&["front"]) {
+        return Some((place(50.0, -10.0, 40.0, 90.0), None, true));
+    }
+    if piece.has(&["together"]) && both {
+        return match piece.has(&["overhead", "above", "over", "up"]) {
+            true => Some((place(168.0, -6.0, 10.0, 20.0), Some(Touch::Hands), true)),
+            false => Some((place(52.0, -8.0, 32.0, 60.0), Some(Touch::Hands), true)),
+        };
+    }
+    None
+}
+
+/// Reads an arm that points somewhere, or the bend of its elbow.
+fn in_a_direction(piece: &Words<'_>, context: &Context, side: Side) -> Option<Placed> {
+    let before = if side == Side::Left { context.before.left_arm } else { context.before.right_arm };
+    // "Upper arms out to the sides": the forearms stay as they are.
+    if let Some(before) = before.filter(|before| piece.has(&["upper"]) && before.elbow > 60.0) {
+        let turn = if before.raise > 60.0 { -88.0 } else { before.turn };
+        return Some((place(0.0, 88.0, turn, before.elbow), None, true));
+    }
+    let is_elbow = piece.has(&ELBOWS) || piece.has(&FOREARMS);
+    let degrees = piece.degrees();
+    let lifted = (!is_elbow).then_some(degrees).flatten().or(piece.said.level.map(f64::from));
+    let (ahead, aside) = (
+        piece.has(&["forward", "forwards", "front", "ahead"]),
+        piece.has(&["side", "sides", "sideways", "wide", "apart", "outward"]),
+    );
+    let aside = aside || piece.has(&["spread", "open"]) || piece.has(&["out"]) && !ahead;
+    let behind = piece.has(&["behind", "backward", "backwards"]) || piece.has(&["back"]) && !piece.has(&["bring"]);
+    let up =
+        piece.has(&["up", "overhead", "above", "over", "sky", "ceiling", "air", "upward", "vertical", "vertically"])
+            || piece.has(&["high"]) && lifted.is_none();
+    let is_lifted = piece.has(&["raise", "lift"]) || context.last_verb == "raise" || context.last_verb == "lift";
+    let down = piece.has(&["down", "lower", "drop", "hang", "rest"])
+        || piece.has_row(&["at", "your", "sides"])
+        || piece.has_row(&["by", "your", "sides"]);
+    if is_elbow {
+        return forearm(piece, before.unwrap_or(Arm::HANGING), up, aside, ahead);
+    }
+    if down && !up && lifted.is_none() {
+        return Some((Arm::HANGING, None, false));
+    }
+    let bent = if piece.has(&["bent"]) { 90.0 } else { 6.0 };
+    // "At shoulder height", "lower them to 45 degrees": the same way, another angle.
+    let is_height = lifted.is_some() || piece.has(&["horizontal", "horizontally", "parallel"]);
+    if let Some(before) = before.filter(|_| is_height && !(ahead || aside || behind || up)) {
+        let angle = lifted.unwrap_or(LEVEL);
+        let arm = if before.aside > 45.0 { Arm { aside: angle, ..before } } else { Arm { raise: angle, ..before } };
+        return Some((arm, None, false));
+    }
+    let found = match (ahead, aside, behind, up) {
+        (_, true, _, true) => place(0.0, lifted.unwrap_or(135.0), 0.0, bent),
+        (true, ..) => place(lifted.unwrap_or(LEVEL), 3.0, 0.0, bent),
+        (_, true, ..) => place(0.0, lifted.unwrap_or(LEVEL + 3.0), 0.0, bent),
+        (_, _, true, false) => place(-40.0, 8.0, 0.0, bent),
+        (.., true) => place(lifted.unwrap_or(UP), 8.0, 0.0, bent),
+        _ if piece.has(&["horizontal", "horizontally", "parallel", "level"]) || lifted.is_some() => {
+            place(lifted.unwrap_or(LEVEL), 3.0, 0.0, bent)
+        }
+        _ if is_lifted => place(UP, 8.0, 0.0, bent),
+        _ => return None,
+    };
+    Some((found, None, piece.has(&["bent"])))
+}
+
+/// Reads an elbow or a forearm of an arm.
+fn forearm(piece: &Words<'_>, before: Arm, up: bool, aside: bool, ahead: bool) -> Option<Placed> {
+    let is_bent = piece.has(&["bend", "bent"]) || piece.degrees().is_some();
+    let is_straight = piece.has(&["straight", "straighten"]) && !is_bent;
+    let elbow = match (piece.degrees(), is_straight) {
+        (Some(degrees), _) => degrees.min(140.0),
+        (None, true) => 6.0,
+        (None, false) => 90.0,
+    };
+    let is_out = before.aside > 45.0 || aside;
+    let arm = match () {
+        // Forearms up: of arms to the sides, else of arms that are level ahead.
+        () if up && is_out => Arm { raise: 0.0, aside: 88.0, turn: -88.0, elbow },
+        () if up => Arm { raise: 84.0, aside: 10.0, turn: 0.0, elbow: elbow.max(85.0) },
+        () if aside && !ahead => Arm { raise: 0.0, aside: 88.0, turn: before.turn, elbow },
+        () if is_bent || is_straight || ahead => Arm { elbow, ..before },
+        () => return None,
+    };
+    Some((arm, None, true))
+}

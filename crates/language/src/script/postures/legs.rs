@@ -1,0 +1,108 @@
+//! Legs: feet that rise or step, and knees that bend.
+
+use super::{Context, LEGS, Words, side_of};
+use crate::facts::{Side, Size};
+use crate::posture::{Foot, Posture};
+
+/// Depths of the pelvis (m, of the keyframed figure): knees that bend, a little, and over feet far apart.
+const DEEP: f64 = 0.13;
+const SHALLOW: f64 = 0.06;
+const FAR: f64 = 0.09;
+
+/// Reads legs. Returns whether no verb's phrase says as much.
+pub(super) fn legs(piece: &Words<'_>, context: &mut Context, posture: &mut Posture) -> Option<bool> {
+    if piece.has(&["head", "chin"]) {
+        return None;
+    }
+    let plural = piece.has(&["legs", "feet", "knees"]);
+    let bends = piece.has(&["bend", "bent"]) && piece.has(&["knee", "knees", "legs", "leg"]);
+    if bends && (plural || piece.has(&["front"]) || context.legs.is_some()) && !piece.has(&["raise", "lift"]) {
+        let deep =
+            if piece.said.size == Some(Size::Small) || piece.has(&["slightly", "little"]) { SHALLOW } else { DEEP };
+        posture.sink = Some(deep);
+        return Some(true);
+    }
+    let lowers = piece.has(&["lower", "drop"]) && piece.has(&["hip", "hips"]);
+    if lowers {
+        posture.sink = Some(DEEP);
+        return Some(true);
+    }
+    if piece.has(&["straighten"]) && !piece.has(&["behind", "back", "front", "ahead", "forward", "side", "out"]) {
+        posture.sink = Some(0.0);
+        return Some(true);
+    }
+    if plural && piece.has(&["apart", "wide", "wider"]) {
+        (posture.left_foot, posture.right_foot) =
+            (Some(Foot { to: [0.0, 0.11], height: 0.0 }), Some(Foot { to: [0.0, -0.11], height: 0.0 }));
+        posture.sink = Some(if piece.has(&["low", "bent"]) { DEEP } else { 0.5 * FAR });
+        return Some(true);
+    }
+    if plural && piece.has(&["together"]) {
+        (posture.left_foot, posture.right_foot) = (Some(Foot::STANDING), Some(Foot::STANDING));
+        return Some(true);
+    }
+    if plural && !piece.has(&["them"]) {
+        return None;
+    }
+    let side = side_of(piece, false, context.legs).or(context.legs).or(piece.has(&LEGS).then_some(Side::Right))?;
+    context.legs = Some(side);
+    if piece.has_row(&["back", "leg"]) || piece.has_row(&["standing", "leg"]) {
+        return Some(true);
+    }
+    let (foot, detail) = foot(piece, side)?;
+    let before = if side == Side::Left { context.before.left_foot } else { context.before.right_foot };
+    if foot == Foot::STANDING && before.is_none_or(|before| before == Foot::STANDING) {
+        return None;
+    }
+    // A leg reaches far on the ground with bent knees alone.
+    if foot.height == 0.0 && foot != Foot::STANDING {
+        posture.sink = Some(FAR);
+    }
+    match side {
+        Side::Left => posture.left_foot = Some(foot),
+        Side::Right => posture.right_foot = Some(foot),
+        Side::Both => return None,
+    }
+    Some(detail)
+}
+
+/// Reads where a foot goes.
+fn foot(piece: &Words<'_>, side: Side) -> Option<(Foot, bool)> {
+    let out = if side == Side::Left { 1.0 } else { -1.0 };
+    let knee = piece.has(&["knee", "thigh"]);
+    let ahead = piece.has(&["forward", "forwards", "front", "ahead"]);
+    let aside = piece.has(&["side", "sides", "sideways"]) || piece.has(&["out"]) && !ahead;
+    let behind = piece.has(&["behind", "back", "backward", "backwards"]);
+    let lifts =
+        piece.has(&["raise", "lift", "hold", "keep", "stretch", "straighten", "extend", "up", "off", "air", "stick"]);
+    let steps = piece.has(&["move", "put", "place", "set", "bring"])
+        && (ahead || behind || aside)
+        && !piece.has(&["up", "air"]);
+    let lift = |to: [f64; 2], height: f64| Some((Foot { to, height }, false));
+    if piece.has(&["down", "lower", "drop", "ground", "floor"]) && !piece.has(&["up"]) {
+        return Some((Foot::STANDING, false));
+    }
+    if steps {
+        let to = match () {
+            () if behind => [-0.26, 0.0],
+            () if ahead => [0.26, 0.0],
+            () => [0.0, 0.2 * out],
+        };
+        return Some((Foot { to, height: 0.0 }, true));
+    }
+    // "Left foot back" is a step.
+    if piece.has(&["foot"]) && !lifts {
+        return None;
+    }
+    match () {
+        () if !lifts && !ahead && !behind && !aside => None,
+        () if knee => match piece.said.level {
+            Some(level) if level <= 75 => lift([0.06, 0.01 * out], 0.38),
+            _ => lift([0.06, 0.01 * out], 0.34),
+        },
+        () if behind => lift([-0.28, 0.01 * out], 0.17),
+        () if aside => lift([0.0, 0.24 * out], 0.14),
+        () if ahead => lift([0.3, 0.0], 0.14),
+        () => lift([0.02, 0.01 * out], 0.2),
+    }
+}
