@@ -37,6 +37,8 @@ const BOTH_WAYS: f64 = 2.2;
 /// Shares of the trunk's rotation that chest and pelvis do.
 const CHEST: f64 = 0.7;
 const PELVIS: f64 = 0.4;
+/// Depth of a pelvis that rolls, for each radian (m, of the keyframed figure): one leg has farther to go.
+const LOWER: f64 = 0.16;
 /// Height of a step on the ground (m, of the keyframed figure).
 const STEP: f64 = 0.09;
 /// Factor of the time of what is done slowly.
@@ -201,7 +203,8 @@ impl Writer {
                     score.key(name, axis, *time, share * value);
                 }
             }
-            score.key("pelvis", "z", *time, -figure.sink);
+            let tilted = LOWER * (PELVIS * figure.trunk.roll).to_radians().abs();
+            score.key("pelvis", "z", *time, -figure.sink - tilted);
         }
         self.steps.iter().for_each(|step| score.step(step));
         score
@@ -321,5 +324,66 @@ impl Generator<'_> {
             }
         }
         found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use lifelike_character::anatomy::Overrides;
+    use lifelike_character::{Anatomy, Character};
+    use lifelike_motion::retarget::RetargetOptions;
+
+    use super::*;
+    use crate::grammar::Grammar;
+    use crate::script::Clause;
+
+    fn made(postures: &[Posture]) -> (MotionClip, Tracks, Vec<Finding>) {
+        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/lima.xml");
+        let lima = Character::from_mjcf(&std::fs::read_to_string(file).unwrap(), "lima.xml", None).unwrap();
+        let anatomy = Anatomy::guess(&lima, &Overrides::new()).unwrap();
+        let grammar = Grammar::builtin().unwrap();
+        let options = RetargetOptions::default();
+        let generator = Generator::of_verbs(&grammar, &lima, &anatomy, options, &["stand", "squat"]).unwrap();
+        let clause = Clause::of_postures(postures.to_vec());
+        let made = generator.perform(&clause, 1, 0).unwrap();
+        let tracks = Tracks::of(&made.clip, &lima, &anatomy).unwrap();
+        (made.clip, tracks, made.findings)
+    }
+
+    fn arm(raise: f64, aside: f64) -> Option<Arm> {
+        Some(Arm { raise, aside, turn: 0.0, elbow: 6.0 })
+    }
+
+    #[test]
+    fn arms_go_where_they_are_asked_and_stay() {
+        let up = Posture { left_arm: arm(162.0, 8.0), hold: 1.0, ..Posture::default() };
+        let both = Posture { right_arm: arm(0.0, 90.0), hold: 1.0, ..Posture::default() };
+        let (clip, tracks, findings) = made(&[up, both]);
+        assert!(findings.len() == 2 && findings.iter().all(|finding| finding.passed), "{findings:?}");
+        // Near the end of the second hold the left hand is still up, and the right one out at the shoulder's height.
+        let frame = ((clip.seconds() - AFTER - 1.9) * clip.fps) as usize;
+        let way = |side: usize| tracks.hands[side][frame] - tracks.shoulders[side][frame];
+        assert!(way(0).z > 0.3 * tracks.leg, "{}", way(0));
+        assert!(way(1).y < -0.3 * tracks.leg && way(1).z.abs() < 0.2 * tracks.leg, "{}", way(1));
+    }
+
+    #[test]
+    fn a_foot_stays_up_and_the_trunk_leans_to_its_angle() {
+        let knee =
+            Posture { left_foot: Some(Foot { to: [0.06, 0.01], height: 0.38 }), hold: 2.0, ..Posture::default() };
+        let (clip, tracks, findings) = made(&[knee]);
+        assert!(findings.len() == 1 && findings[0].passed, "{findings:?}");
+        let ground = tracks.feet[0][0].z;
+        let up = tracks.feet[0].iter().filter(|foot| foot.z - ground > 0.3 * tracks.leg).count();
+        assert!(up as f64 / clip.fps > 2.0, "{up}");
+        let lean = Posture { trunk: Some(Turn { pitch: 25.0, ..Turn::default() }), hold: 1.0, ..Posture::default() };
+        let (_, tracks, _) = made(&[lean]);
+        let most = tracks.chest.iter().fold(0.0_f64, |most, angle| most.max(angle.to_degrees()));
+        assert!((most - 25.0).abs() < 8.0, "{most}");
+        let aside = Posture { trunk: Some(Turn { roll: 15.0, ..Turn::default() }), hold: 1.0, ..Posture::default() };
+        let (_, tracks, _) = made(&[aside]);
+        let most = tracks.chest_lean.iter().fold(0.0_f64, |most, angle| most.max(angle.to_degrees()));
+        assert!((most - 15.0).abs() < 6.0, "{most}");
     }
 }
