@@ -77,8 +77,13 @@ impl Reader<'_> {
     /// Reads a sentence that asks for no repetition of what stands before.
     fn read_once(&self, text: &str) -> Script {
         let script = self.read_actions(text);
-        let is_pair = script.clauses.iter().any(|clause| clause.actions.len() > 1 || !clause.postures.is_empty());
-        let found = overlaid(&self.phrases, text).filter(|(_, posture)| !is_pair || posture.touches.is_some());
+        let has_pair = |script: &Script| {
+            script.clauses.iter().any(|clause| clause.actions.len() > 1 || !clause.postures.is_empty())
+        };
+        // A pair that only the network sees may be another place that hands touch.
+        let is_guess = || has_pair(&script) && !has_pair(&self.read_within(text, MOST_WITHIN));
+        let found = overlaid(&self.phrases, text)
+            .filter(|(_, posture)| !has_pair(&script) || posture.touches.is_some() && is_guess());
         let Some((rest, posture)) = found else { return script };
         if is_open(&self.read_within(&rest, MOST_WITHIN)) {
             return script;
