@@ -21,16 +21,27 @@ pub fn demo(arguments: &[String]) -> Result<(), String> {
 /// # Errors
 /// When a test fails, or MuJoCo is wanted and it or a robot cannot be had.
 pub fn test(arguments: &[String]) -> Result<(), String> {
-    let command = ["test", "--release", "--workspace"];
-    match arguments.split_first() {
+    let (library, rest) = match arguments.split_first() {
         Some((first, rest)) if first == "--mujoco" => {
             let library = mujoco::ensure()?;
             // The gates measure these models; meshes are not needed.
             lifelike_fetch::NAMES.iter().try_for_each(|name| fetch(name, false))?;
-            cargo(Some(&library), &[&command[..], &["--features", "lifelike/mujoco"]].concat(), rest)
+            (Some(library), rest)
         }
-        _ => cargo(None, &command, arguments),
+        _ => (None, arguments),
+    };
+    let mut command = vec!["test", "--release", "--workspace"];
+    if library.is_some() {
+        command.extend(["--features", "lifelike/mujoco"]);
     }
+    let library = library.as_deref();
+    let chosen = ["--lib", "--bin", "--bins", "--test", "--tests", "--example", "--examples", "--doc", "--all-targets"];
+    if rest.iter().any(|argument| chosen.contains(&argument.as_str())) {
+        return cargo(library, &command, rest);
+    }
+    // Examples have no tests: clippy compiles them (`.ci/run lint`).
+    cargo(library, &[&command[..], &["--lib", "--bins", "--tests"]].concat(), rest)?;
+    cargo(library, &[&command[..], &["--doc"]].concat(), rest)
 }
 
 fn cargo(library: Option<&Path>, command: &[&str], arguments: &[String]) -> Result<(), String> {
