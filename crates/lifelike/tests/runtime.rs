@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+#[path = "commands/in_checkout/mod.rs"]
 mod in_checkout;
 
 use std::io::{BufRead, BufReader};

@@ -237,7 +237,13 @@ impl Generator<'_> {
         let even = verb.is_even();
         if verb.is_pose() {
             let clip = self.shortened(self.part(&part, Some(rng))?)?;
-            return Ok(held(&clip, wanted));
+            // What never stands still, such as a dance, is done again.
+            if still_seconds(&clip) >= KEPT || verb.shows.contains(&Show::FootHeld) {
+                return Ok(held(&clip, wanted));
+            }
+            let times = ((wanted + FADE) / (clip.seconds() - FADE).max(0.5)).round().max(1.0) as usize;
+            let parts: Vec<Part<'_>> = (0..times.min(MAX_CYCLES as usize)).map(|_| Part::from(&clip)).collect();
+            return Ok(sequence(&parts, FADE)?);
         }
         // Of a walk the time from the first step to the last one counts.
         let walked = walked(&Tracks::of(&natural_clip, self.character(), self.anatomy())?);
@@ -346,6 +352,18 @@ impl Generator<'_> {
             if short { self.shortened(self.part(&slower, Some(rng))?)? } else { clip }
         } else {
             self.alone(legs, Some(wanted), emphasis, rng)?
+        };
+        // What repeats goes on for as long as the legs do.
+        let spare = legs_clip.seconds() - arms.seconds();
+        let period = verb.cycle.filter(|_| gesture.count.is_none()).map(|cycle| cycle.period / arms_part.speed);
+        let more = period.map_or(0, |period| (spare / period).floor().clamp(0.0, f64::from(MAX_CYCLES)) as u32);
+        let arms = match more {
+            0 => arms,
+            _ => {
+                let longer = PartDraw { cycles: arms_part.cycles + more, ..arms_part.clone() };
+                let arms = self.part(&longer, Some(rng))?;
+                trim(&arms, Some(0.3), Some(arms.seconds() - 0.2))?
+            }
         };
         let (arms, legs_clip) = self.kept(verb, arms, &legs.verb, legs_clip, seconds)?;
         let names = match (verb.acts, gesture.side) {

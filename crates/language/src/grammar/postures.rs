@@ -39,6 +39,8 @@ const CHEST: f64 = 0.7;
 const PELVIS: f64 = 0.4;
 /// Depth of a pelvis that rolls, for each radian (m, of the keyframed figure): one leg has farther to go.
 const LOWER: f64 = 0.16;
+/// Time in which the pelvis is lowered before steps, and raised after them (s).
+const LOWERED: f64 = 0.3;
 /// Height of a step on the ground (m, of the keyframed figure).
 const STEP: f64 = 0.09;
 /// Factor of the time of what is done slowly.
@@ -173,9 +175,18 @@ fn laid_out(postures: &[Posture]) -> Writer {
             step.via(arrive, new.to, new.height);
             step.via(arrive + posture.hold.max(0.1), new.to, new.height);
         }
-        let leave = arrive + posture.hold.max(0.1);
+        // Feet that go far on the ground need bent knees from their first step to their last.
+        let steps = |foot: usize| figure.feet[foot] != next.feet[foot] && next.feet[foot].height == 0.0;
+        let mut settled = arrive;
+        if steps(0) || steps(1) {
+            let low = Figure { sink: figure.sink.max(next.sink), ..figure };
+            out.figures.push((start + LOWERED, low.balanced()));
+            out.figures.push((arrive, Figure { sink: low.sink, ..next }.balanced()));
+            settled = arrive + LOWERED;
+        }
+        let leave = settled + posture.hold.max(0.1);
         figure = next;
-        out.figures.extend([(arrive, figure.balanced()), (leave, figure.balanced())]);
+        out.figures.extend([(settled, figure.balanced()), (leave, figure.balanced())]);
         out.times.push(Times { arrive, leave });
         now = leave;
     }

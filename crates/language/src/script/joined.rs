@@ -26,7 +26,7 @@ const STANDING: [&str; 13] = [
 ];
 
 /// Movements of the body on the spot that go on.
-const SWAYING: [&str; 6] = ["sway", "bounce", "shift_weight", "hip_circles", "step_touch", "hold_squat"];
+const SWAYING: [&str; 7] = ["balance", "sway", "bounce", "shift_weight", "hip_circles", "step_touch", "hold_squat"];
 /// Repetitions of "some squats".
 const SOME: u32 = 3;
 
@@ -94,7 +94,7 @@ impl Reader<'_> {
                 open && times == 1
                     && action.degrees.is_none()
                     && self.goes_along(&last.actions, &action)
-                    && self.at_once(&last.actions, &action, [false; 2]).is_some()
+                    && self.at_once(&last.actions, &action, free).is_some()
             }),
             _ => false,
         };
@@ -137,6 +137,11 @@ impl Reader<'_> {
         let is_carried = |verb: &Verb| verb.arms || verb.cycle.is_some() || !travels;
         let gestures = |verb: &&Verb| of_hands(verb) && is_carried(verb) && !STANDING.contains(&verb.name.as_str());
         let goes_on = |verb: &&Verb| verb.carries || SWAYING.contains(&verb.name.as_str());
+        // "Pat your head and rub your tummy".
+        let taps = |verb: &&Verb| verb.acts == Acts::Hand && verb.cycle.is_some() && verb.touches.is_some();
+        if verbs.len() == 2 && verbs.iter().all(taps) {
+            return true;
+        }
         verbs.iter().any(|verb| verb.acts == Acts::Head) || verbs.iter().any(goes_on) && verbs.iter().any(gestures)
     }
 

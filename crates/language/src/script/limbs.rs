@@ -37,8 +37,10 @@ pub(super) fn of_supporting_leg(verb: &Verb, words: &[String], said: Said) -> Sa
     // "The left elbow to the right knee": the knee's side is that of a verb of the foot.
     let of_foot = said.sides[1].filter(|_| verb.acts == Acts::Foot && said.sides[0].is_some());
     let said = Said { side: of_foot.or(said.side), ..said };
+    // "Stretch to the left": the right arm goes over the head.
+    let to_side = verb.name == "side_bend" && said.sides[0].is_none() && words.iter().any(|word| word == "to");
     match said.side {
-        Some(side) if lifts && stands_on || crosses => Said { side: Some(side.mirrored()), ..said },
+        Some(side) if lifts && stands_on || crosses || to_side => Said { side: Some(side.mirrored()), ..said },
         _ => said,
     }
 }

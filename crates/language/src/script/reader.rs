@@ -22,6 +22,8 @@ const LEAST_ANGLE: u32 = 20;
 /// Angles by which a trunk bends (degrees).
 const LEAST_BENT: u32 = 5;
 const MOST_BENT: u32 = 60;
+/// Angle of a low bow (degrees).
+const LOW_BOW: u32 = 45;
 /// Duration of a pose that is held for no time that was said (s).
 const HOLD: f64 = 3.0;
 /// Largest angle of a lifted arm (degrees).
@@ -112,6 +114,13 @@ impl<'a> Reader<'a> {
                 let is_same = is_more_about(script, &action) && (is_posture || before.words != fit.explained);
                 before.words.clone_from(&fit.explained);
                 if is_same && (is_posture || matches!(piece.join, Join::And | Join::Comma)) && said.used.is_empty() {
+                    return;
+                }
+                // "About face! 180": the same turn in a number.
+                let same_turn = self.is_turn(&action)
+                    && is_more_about_turn(script, &action)
+                    && piece.words.iter().all(|word| said.used.contains(word) || word == "degrees");
+                if same_turn {
                     return;
                 }
                 // "Applaud! Eight claps": how often the same is done.
@@ -430,6 +439,7 @@ impl<'a> Reader<'a> {
 
     /// Returns the action of a verb with what is said of it, and the times that it is done as a whole.
     pub(super) fn action(&self, verb: &Verb, said: &Said, notes: &mut Vec<String>) -> (Action, u32) {
+        let asked = verb;
         let verb = self.counted_by_one(verb, said);
         let mut action = Action { side: verb.side, direction: verb.direction, ..Action::of(&verb.name) };
         if matches!(verb.side, Some(Side::Left | Side::Right)) {
@@ -470,7 +480,10 @@ impl<'a> Reader<'a> {
                 action.degrees = Some(whole / rounds);
             }
             Some(Synth::Curve) => action.degrees = said.degrees,
-            _ if verb.bends => action.degrees = said.degrees.map(|degrees| degrees.clamp(LEAST_BENT, MOST_BENT)),
+            _ if verb.bends => {
+                let low = (verb.name == "bow" && said.size == Some(Size::Big)).then_some(LOW_BOW);
+                action.degrees = said.degrees.or(low).map(|degrees| degrees.clamp(LEAST_BENT, MOST_BENT));
+            }
             _ if verb.angles => action.degrees = said.degrees.or(said.level).map(|degrees| degrees.min(MOST_LIFTED)),
             _ if said.degrees.is_some() && verb.acts == Acts::Feet => {
                 notes.push(format!("'{}' has no angle", name(verb)))
@@ -515,7 +528,15 @@ impl<'a> Reader<'a> {
             None if is_short => action.metres = Some(SHORT),
             None => {}
         }
-        let size = said.size.or((said.few && !travels).then_some(Size::Small));
+        // An odd number of "baby steps" is done step by step.
+        let of_steps = match (asked.name.as_str(), verb.name.as_str()) {
+            ("small_steps", "step_forward") => Some(Size::Small),
+            ("big_steps", "step_forward") => Some(Size::Big),
+            _ => None,
+        };
+        let size = said.size.or(of_steps).or((said.few && !travels).then_some(Size::Small));
+        // A bow's size is its angle.
+        let size = size.filter(|_| !(verb.bends && action.degrees.is_some()));
         // Some verbs say it themselves.
         let size = size.filter(|size| {
             !matches!((verb.name.as_str(), size), ("big_steps", Size::Big) | ("small_steps", Size::Small))
@@ -541,6 +562,7 @@ impl<'a> Reader<'a> {
         let other = match verb.name.as_str() {
             "walk" => "step_forward",
             "walk_backward" => "step_back",
+            "small_steps" | "big_steps" => "step_forward",
             _ => return self.of_one_hand(verb, said),
         };
         if is_pair && odd { self.grammar.verb(other).unwrap_or(verb) } else { verb }
@@ -644,6 +666,11 @@ fn turns_over(piece: &Piece, words: &[String]) -> bool {
 /// Returns whether an action is the last one of a script over again.
 fn is_more_about(script: &Script, action: &Action) -> bool {
     script.clauses.last().is_some_and(|last| last.actions == [action.clone()] && action.degrees.is_none())
+}
+
+/// Returns whether an action is the turn that a script ends with.
+fn is_more_about_turn(script: &Script, action: &Action) -> bool {
+    script.clauses.last().is_some_and(|last| last.actions == [action.clone()])
 }
 
 pub(super) fn name(verb: &Verb) -> String {

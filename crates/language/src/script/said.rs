@@ -162,6 +162,19 @@ pub(super) fn said(words: &[String]) -> Said {
     (out.alternates, out.of_each) = (alternates, each);
     let named = has_word(&["left"]) && has_word(&["right"]);
     out.in_turn = named && out.side == Some(Side::Both) || alternates || each;
+    // "Left right left right": each once, in this order.
+    let sides: Vec<&String> = words.iter().filter(|word| *word == "left" || *word == "right").collect();
+    if sides.len() > 2 && sides.windows(2).all(|two| two[0] != two[1]) {
+        (out.in_turn, out.alternates, out.of_each) = (true, true, false);
+        (out.side, out.direction) = (Some(Side::Both), None);
+        out.first = Some(if sides[0] == "left" { Side::Left } else { Side::Right });
+        out.count = Some(sides.len() as u32);
+    }
+    // "Bow real low".
+    if has_word(&["low", "lower"]) && has_word(&["bow", "bows", "bowing", "curtsy", "squat", "squats", "crouch"]) {
+        out.size.get_or_insert(Size::Big);
+        out.used.extend(["low", "lower", "real"].map(String::from));
+    }
     let turns_back = words.windows(3).any(|three| three[0].starts_with("turn") && three[2] == "back");
     if turns_back {
         out.degrees.get_or_insert(180);

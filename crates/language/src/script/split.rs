@@ -165,7 +165,13 @@ fn without_list_numbers(text: &str) -> String {
 }
 
 /// Phrases with words that join elsewhere, and units of several words, as one word; longer ones first.
-const ONE_WORD: [(&str, &str); 20] = [
+const ONE_WORD: [(&str, &str); 26] = [
+    ("after this", "then"),
+    ("head , shoulders , knees and toes", "headandtoes"),
+    ("head , shoulders , knees , toes", "headandtoes"),
+    ("head shoulders knees and toes", "headandtoes"),
+    ("tip toe", "tiptoe"),
+    ("tippy toes", "tiptoes"),
     ("for a little while", "awhile"),
     ("for a good while", "awhile"),
     ("for a long while", "awhile"),

@@ -49,7 +49,7 @@ pub(super) fn legs(piece: &Words<'_>, context: &mut Context, posture: &mut Postu
     if piece.has_row(&["back", "leg"]) || piece.has_row(&["standing", "leg"]) {
         return Some(true);
     }
-    let (foot, detail) = foot(piece, side)?;
+    let (foot, detail) = foot(piece, side, &context.last_verb)?;
     let before = if side == Side::Left { context.before.left_foot } else { context.before.right_foot };
     if foot == Foot::STANDING && before.is_none_or(|before| before == Foot::STANDING) {
         return None;
@@ -67,19 +67,31 @@ pub(super) fn legs(piece: &Words<'_>, context: &mut Context, posture: &mut Postu
 }
 
 /// Reads where a foot goes.
-fn foot(piece: &Words<'_>, side: Side) -> Option<(Foot, bool)> {
+fn foot(piece: &Words<'_>, side: Side, last_verb: &str) -> Option<(Foot, bool)> {
     let out = if side == Side::Left { 1.0 } else { -1.0 };
     let knee = piece.has(&["knee", "thigh"]);
     let ahead = piece.has(&["forward", "forwards", "front", "ahead"]);
     let aside = piece.has(&["side", "sides", "sideways"]) || piece.has(&["out"]) && !ahead;
     let behind = piece.has(&["behind", "back", "backward", "backwards"]);
-    let lifts =
-        piece.has(&["raise", "lift", "hold", "keep", "stretch", "straighten", "extend", "up", "off", "air", "stick"]);
+    let lifts = ["raise", "lift"].contains(&last_verb)
+        || piece.has(&[
+            "raise",
+            "lift",
+            "hold",
+            "keep",
+            "stretch",
+            "straighten",
+            "extend",
+            "up",
+            "off",
+            "air",
+            "stick",
+        ]);
     let steps = piece.has(&["move", "put", "place", "set", "bring"])
         && (ahead || behind || aside)
         && !piece.has(&["up", "air"]);
     let lift = |to: [f64; 2], height: f64| Some((Foot { to, height }, false));
-    if piece.has(&["down", "lower", "drop", "ground", "floor"]) && !piece.has(&["up"]) {
+    if piece.has(&["down", "lower", "drop", "ground", "floor"]) && !piece.has(&["up", "off"]) {
         return Some((Foot::STANDING, false));
     }
     if steps {

@@ -64,7 +64,7 @@ const MOVES: [&str; 32] = [
     "fold",
     "rest",
 ];
-const PLACES: [&str; 49] = [
+const PLACES: [&str; 50] = [
     "up",
     "down",
     "high",
@@ -114,8 +114,9 @@ const PLACES: [&str; 49] = [
     "degrees",
     "outward",
     "upward",
+    "trail",
 ];
-const FILLERS: [&str; 42] = [
+const FILLERS: [&str; 53] = [
     "the",
     "your",
     "his",
@@ -158,6 +159,17 @@ const FILLERS: [&str; 42] = [
     "loose",
     "loosely",
     "relaxed",
+    "bit",
+    "while",
+    "moment",
+    "few",
+    "inch",
+    "inches",
+    "off",
+    "go",
+    "goes",
+    "then",
+    "everything",
 ];
 const OTHERS: [&str; 12] =
     ["both", "other", "one", "each", "left", "right", "head", "chin", "upper", "straightened", "stay", "again"];
@@ -167,6 +179,8 @@ const RETURNS: [&str; 3] = ["relax", "return", "lower"];
 const STATES: [&str; 7] = ["rest", "point", "hang", "stand", "have", "hold", "keep"];
 /// Fewest movements in a row that are postures beside other actions.
 const IN_A_ROW: usize = 2;
+/// Fewest that are so beside words that mean nothing.
+const SURELY: usize = 3;
 
 /// A piece of a sentence as a posture.
 struct Read {
@@ -293,17 +307,22 @@ pub(super) fn segments(
     let pieces = pieces(&words);
     let mut out: Vec<Segment> = Vec::new();
     let mut at = 0;
+    let mut surely = false;
     while at < pieces.len() {
         let mut row = Row::default();
         let mut end = at;
         while let Some((join, words)) = pieces.get(end) {
             let bases = words.iter().map(|word| phrases.base(word)).collect();
-            if !row.add(*join, &Words { words, bases, said: said(words) }) {
+            // "OK so:", "like Julie Andrews on the hill": what asks for nothing.
+            let says_nothing = words.iter().all(|word| phrases.filler.contains(word)) || likens(words);
+            let is_posture = row.add(*join, &Words { words, bases, said: said(words) });
+            if !is_posture && !(says_nothing && (!row.postures.is_empty() || end + 1 < pieces.len())) {
                 break;
             }
             end += 1;
         }
-        let is_whole = at == 0 && end == pieces.len();
+        surely |= row.moves >= SURELY || row.moves >= IN_A_ROW && row.postures.iter().any(is_down);
+        let is_whole = at == 0 && end == pieces.len() && !row.postures.is_empty();
         let follows =
             |place: usize| pieces.get(place).is_none_or(|(join, _)| !matches!(join, Join::While | Join::With));
         let stands = match is_whole {
@@ -324,7 +343,7 @@ pub(super) fn segments(
     }
     // Beside words that only a guess reads, a description is one of some action.
     let is_sure = |segment: &Segment| match segment {
-        Segment::Words(text) => understood(text),
+        Segment::Words(text) => surely || understood(text),
         Segment::Postures(_) => true,
     };
     (out.iter().any(|one| matches!(one, Segment::Postures(_))) && out.iter().all(is_sure)).then_some(out)
@@ -339,6 +358,9 @@ pub(super) fn overlaid(phrases: &Phrases, text: &str) -> Option<(String, Posture
     let mut found: Option<Posture> = None;
     for (number, (join, words)) in pieces.iter().enumerate() {
         let bases: Vec<String> = words.iter().map(|word| phrases.base(word)).collect();
+        if number > 0 && likens(words) {
+            continue;
+        }
         let piece = Words { words, bases, said: said(words) };
         let keeps = piece.has(&["hold", "keep"]) || piece.words.iter().any(|word| word.ends_with("ing"));
         let is_along = match join {
@@ -362,7 +384,11 @@ pub(super) fn overlaid(phrases: &Phrases, text: &str) -> Option<(String, Posture
 }
 
 /// Reads a piece; nothing for one that is no posture.
-fn read(piece: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read> {
+fn read(whole: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read> {
+    // "Hands up like somebody is robbing you": the first words say it.
+    let end = whole.words.iter().skip(2).position(|word| word == "like").map_or(whole.words.len(), |at| at + 2);
+    let piece =
+        &Words { words: &whole.words[..end], bases: whole.bases[..end].to_vec(), said: said(&whole.words[..end]) };
     if !piece.words.iter().zip(&piece.bases).all(|(word, base)| piece.is_known(word, base)) {
         return None;
     }
@@ -385,7 +411,10 @@ fn read(piece: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
     if is_action && !piece.has(&TRUNK) && !piece.has(&["head", "chin"]) && !piece.has_row(&["stand", "straight"]) {
         return None;
     }
-    let only_holds = hold.is_some() && !names_limb && !places(piece);
+    // "Keep it up": where it is.
+    let only_up =
+        piece.has(&["up"]) && piece.bases.iter().filter(|word| PLACES[..24].contains(&word.as_str())).count() == 1;
+    let only_holds = hold.is_some() && !names_limb && (!places(piece) || only_up);
     if only_holds {
         if !follows {
             return None;
@@ -400,7 +429,12 @@ fn read(piece: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
     let mentions_arms = piece.has(&ARMS) || piece.has(&ELBOWS) || piece.has(&FOREARMS);
     let mentions_legs = piece.has(&LEGS);
     let returns = follows && !names_limb && (piece.has(&["relax", "return"]) || piece.has_row(&["stand", "straight"]));
-    if returns {
+    let lowers = follows
+        && !names_limb
+        && piece.has(&["lower", "down", "drop"])
+        && piece.has(&["both", "them", "everything", "all"]);
+    let has_both = context.arms.is_some() && context.legs.is_some();
+    if returns || lowers && has_both {
         posture = standing(&context.before);
     } else if is_of_head && !mentions_arms {
         posture.head = Some(head(piece)?);
@@ -428,6 +462,11 @@ fn read(piece: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
     let moves = piece.words.iter().zip(&piece.bases).any(goes) || is_down(&posture);
     context.last_verb = verb.unwrap_or_else(|| std::mem::take(&mut context.last_verb));
     Some(Read { posture, moves, is_detailed: detail })
+}
+
+/// Returns whether words only say what something is like.
+fn likens(words: &[String]) -> bool {
+    words.first().is_some_and(|word| word == "like") || words.len() > 1 && words[0] == "as" && words[1] == "if"
 }
 
 /// Returns whether a piece names a place or a way.

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod in_checkout;
-
-use in_checkout::{json, refused};
+use crate::in_checkout::{json, refused};
 use serde_json::Value;
 
 /// A plan for seconds: keyframed clips, a tiny network.

@@ -2,11 +2,9 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod in_checkout;
-
 use std::path::Path;
 
-use in_checkout::{json, refused};
+use crate::in_checkout::{json, refused};
 use serde_json::Value;
 
 const CRITIC: &str = "robot = 'lima'\ncontroller = 'lima'\nenvironment = 'track-long'\n\

@@ -2,11 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-mod in_checkout;
-
 use std::path::{Path, PathBuf};
 
-use in_checkout::{json, lifelike};
+use crate::in_checkout::{json, lifelike};
 use serde_json::Value;
 
 /// `lifelike motion ARGUMENTS -o FOLDER`, as JSON.
@@ -16,7 +14,7 @@ fn motion(folder: &Path, arguments: &[&str]) -> Value {
 
 /// Its exit code and what it says.
 fn refused(folder: &Path, arguments: &[&str]) -> (i32, String) {
-    in_checkout::refused(&[&["motion"], arguments, &["-o", folder.to_str().unwrap()]].concat())
+    crate::in_checkout::refused(&[&["motion"], arguments, &["-o", folder.to_str().unwrap()]].concat())
 }
 
 fn inspect(file: &Value) -> Value {

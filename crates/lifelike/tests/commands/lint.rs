@@ -2,11 +2,9 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod in_checkout;
-
 use std::path::Path;
 
-use in_checkout::{json, lifelike};
+use crate::in_checkout::{json, lifelike};
 use lifelike_character::rotation::{from_wxyz, to_wxyz};
 use lifelike_motion::{MotionClip, container};
 

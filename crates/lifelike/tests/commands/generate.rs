@@ -2,11 +2,9 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod in_folder;
-
 use std::path::Path;
 
-use in_folder::{json, refused, run};
+use crate::in_folder::{json, refused, run};
 use lifelike_motion::container;
 use lifelike_robot::{Robot, clips};
 

@@ -1,12 +1,10 @@
 //! Robots and folders of clips as newcomers have them: spoilt, doubled, incomplete; and files that are made to do harm.
 #![allow(clippy::unwrap_used)]
 
-mod in_checkout;
-
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use in_checkout::{err, lifelike};
+use crate::in_checkout::{err, lifelike};
 use lifelike_motion::container;
 
 fn json(output: &Output) -> serde_json::Value {

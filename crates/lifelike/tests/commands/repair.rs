@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod in_checkout;
-
-use in_checkout::{json, lifelike};
+use crate::in_checkout::{json, lifelike};
 use serde_json::Value;
 
 #[test]

@@ -2,11 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-mod in_checkout;
-
 use std::path::Path;
 
-use in_checkout::{TINY, err, json, lifelike, out, retargeted};
+use crate::in_checkout::{TINY, err, json, lifelike, out, retargeted};
 use serde_json::Value;
 
 #[test]

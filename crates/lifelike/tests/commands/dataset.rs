@@ -1,11 +1,9 @@
 //! `lifelike dataset ...` as people meet it: captioned sets made, checked, and refused with the reason.
 #![allow(clippy::unwrap_used)]
 
-mod in_checkout;
-
 use std::path::{Path, PathBuf};
 
-use in_checkout::{err, json, lifelike};
+use crate::in_checkout::{err, json, lifelike};
 use serde_json::Value;
 
 /// Message of what must be refused, with its exit code.
