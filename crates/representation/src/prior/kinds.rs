@@ -1,21 +1,23 @@
 //! The list of kinds of motion priors, at the end of this file: a kind is a folder that implements [`PriorKind`] and
 //! one line there.
 
+use std::path::PathBuf;
+
 use lifelike_checkpoint::Checkpoint;
-use serde::Serialize;
-use serde::de::MapAccess;
-use serde::ser::SerializeStruct;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::kind::{KindPlan, PriorData, PriorKind, WithTrainer};
 use super::spline::SplineCoder;
-use super::vae::MotionVae;
+use super::training_plan::PriorTrainingPlan;
+use super::vae::{MotionVae, VaePlan};
 use super::window_plan::WindowPlan;
 use crate::RepresentationError;
 use crate::components::Components;
 
 /// Writes [`PriorPlan`] and [`Coder`], one variant for each kind, and passes their calls on.
 macro_rules! kinds {
-    ($($(#[$doc:meta])* $variant:ident: $kind:ty,)+) => {
+    ($($(#[$doc:meta])* $variant:ident: $kind:ty, $table:ident;)+) => {
         /// Plan of a motion prior: which kind it is, and its settings.
         #[derive(Debug, Clone, PartialEq, Serialize)]
         #[serde(untagged)]
@@ -24,9 +26,6 @@ macro_rules! kinds {
         }
 
         impl PriorPlan {
-            /// Tables of training plans and the kinds that they choose.
-            pub const TABLES: &[(&str, &str)] = &[$((<$kind>::TABLE, <$kind>::TITLE)),+];
-
             /// Returns the `kind` of the file of such a prior.
             pub fn kind(&self) -> &'static str {
                 match self {
@@ -93,20 +92,57 @@ macro_rules! kinds {
                 })+
                 Ok(None)
             }
+        }
 
-            /// Reads the value of a training plan's key, where that is the table of a kind.
-            pub(super) fn next_value<'de, A: MapAccess<'de>>(key: &str, map: &mut A) -> Result<Option<Self>, A::Error> {
-                $(if key == <$kind>::TABLE {
-                    return map.next_value().map(|plan| Some(Self::$variant(plan)));
-                })+
-                Ok(None)
-            }
+        /// A training run of a motion prior, as its TOML file has it: one table chooses the kind.
+        #[derive(Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub(super) struct Written {
+            /// Robot: a built-in name, or an MJCF or URDF file.
+            robot: String,
+            /// Clips to train on: files, folders, patterns.
+            ///
+            /// Captured motion and keyframes are retargeted to the robot.
+            clips: Vec<PathBuf>,
+            /// Learning from the mirror image of every training clip too, by the robot's own symmetry.
+            #[serde(default)]
+            mirror: bool,
+            /// Clips that only measure the reconstruction, in place of the share `held_out`.
+            ///
+            /// They and others of their names are never trained on.
+            #[serde(default)]
+            validation: Vec<PathBuf>,
+            $(
+                $(#[$doc])*
+                #[serde(default, skip_serializing_if = "Option::is_none")]
+                $table: Option<<$kind as PriorKind>::Plan>,
+            )+
+        }
 
-            /// Writes the table of a training plan.
-            pub(super) fn serialize_into<S: SerializeStruct>(&self, plan: &mut S) -> Result<(), S::Error> {
-                match self {
-                    $(Self::$variant(own) => plan.serialize_field(<$kind>::TABLE, own),)+
+        impl TryFrom<Written> for PriorTrainingPlan {
+            type Error = String;
+
+            fn try_from(written: Written) -> Result<Self, String> {
+                let Written { robot, clips, mirror, validation, .. } = written;
+                let tables = [$(written.$table.map(PriorPlan::from)),+];
+                let mut chosen = tables.into_iter().flatten();
+                let prior = chosen.next().unwrap_or_else(|| VaePlan::default().into());
+                if chosen.next().is_some() {
+                    let tables = [$(format!("[{}] ({})", stringify!($table), <$kind>::TITLE)),+].join(", ");
+                    return Err(format!("expected one table of {tables}, got two"));
                 }
+                Ok(Self { robot, clips, mirror, validation, prior })
+            }
+        }
+
+        impl From<PriorTrainingPlan> for Written {
+            fn from(plan: PriorTrainingPlan) -> Self {
+                let PriorTrainingPlan { robot, clips, mirror, validation, prior } = plan;
+                let mut written = Self { robot, clips, mirror, validation, $($table: None),+ };
+                match prior {
+                    $(PriorPlan::$variant(plan) => written.$table = Some(plan),)+
+                }
+                written
             }
         }
 
@@ -168,9 +204,9 @@ macro_rules! kinds {
 
 kinds! {
     /// The convolutional β-VAE of thesis 4.2.1.
-    Vae: MotionVae,
+    Vae: MotionVae, prior;
     /// The Spline-based Transformer of chapter 3.
-    Spline: SplineCoder,
+    Spline: SplineCoder, spline;
     /// Principal components, the plain baseline.
-    Pca: Components,
+    Pca: Components, pca;
 }
