@@ -1,10 +1,16 @@
 //! The actuator model of thesis eqs. 4.9-4.11, generic over the number type: one robot's, or a vector of many. Beside it what
 //! chapter 2 needs of real servos: the motor's electricity and friction as it was measured.
 
+mod dc_servo;
 mod friction;
+mod ideal_pd;
+pub(crate) mod models;
 mod motor;
 
+pub use dc_servo::DcServo;
 pub use friction::ExtendedFriction;
+pub use ideal_pd::IdealPd;
+pub use models::{ActuatorModel, MODELS};
 pub use motor::{DcMotor, MotorState};
 
 use lifelike_simd::Number;
@@ -29,6 +35,60 @@ pub struct ActuatorParameters<T = f64> {
     pub full_torque_velocity: T,
     /// Velocity at which no torque is left q̇_max (rad/s).
     pub velocity_max: T,
+}
+
+impl<T: Copy> ActuatorParameters<T> {
+    /// Names of the parameters, in the order of [`Self::columns`].
+    pub const COLUMNS: [&'static str; 8] = [
+        "kp",
+        "kd",
+        "friction_velocity",
+        "static_friction",
+        "viscous_friction",
+        "torque_max",
+        "full_torque_velocity",
+        "velocity_max",
+    ];
+
+    /// Returns the parameters as columns.
+    pub fn columns(&self) -> [T; 8] {
+        let Self { kp, kd, friction_velocity, static_friction, viscous_friction, .. } = *self;
+        let Self { torque_max, full_torque_velocity, velocity_max, .. } = *self;
+        [
+            kp,
+            kd,
+            friction_velocity,
+            static_friction,
+            viscous_friction,
+            torque_max,
+            full_torque_velocity,
+            velocity_max,
+        ]
+    }
+
+    /// Returns the parameters of columns.
+    pub fn from_columns(columns: [T; 8]) -> Self {
+        let [
+            kp,
+            kd,
+            friction_velocity,
+            static_friction,
+            viscous_friction,
+            torque_max,
+            full_torque_velocity,
+            velocity_max,
+        ] = columns;
+        Self {
+            kp,
+            kd,
+            friction_velocity,
+            static_friction,
+            viscous_friction,
+            torque_max,
+            full_torque_velocity,
+            velocity_max,
+        }
+    }
 }
 
 impl<T: Number> ActuatorParameters<T> {

@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 
 use super::kind::{KindPlan, PriorData, PriorKind, WithTrainer};
 use super::spline::SplineCoder;
-use super::training_plan::PriorTrainingPlan;
 use super::vae::{MotionVae, VaePlan};
 use super::window_plan::WindowPlan;
 use crate::RepresentationError;
@@ -95,23 +94,23 @@ macro_rules! kinds {
         }
 
         /// A training run of a motion prior, as its TOML file has it: one table chooses the kind.
-        #[derive(Serialize, Deserialize, JsonSchema)]
+        #[derive(Default, Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub(super) struct Written {
             /// Robot: a built-in name, or an MJCF or URDF file.
-            robot: String,
+            pub robot: String,
             /// Clips to train on: files, folders, patterns.
             ///
             /// Captured motion and keyframes are retargeted to the robot.
-            clips: Vec<PathBuf>,
+            pub clips: Vec<PathBuf>,
             /// Learning from the mirror image of every training clip too, by the robot's own symmetry.
             #[serde(default)]
-            mirror: bool,
+            pub mirror: bool,
             /// Clips that only measure the reconstruction, in place of the share `held_out`.
             ///
             /// They and others of their names are never trained on.
             #[serde(default)]
-            validation: Vec<PathBuf>,
+            pub validation: Vec<PathBuf>,
             $(
                 $(#[$doc])*
                 #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -119,30 +118,24 @@ macro_rules! kinds {
             )+
         }
 
-        impl TryFrom<Written> for PriorTrainingPlan {
-            type Error = String;
-
-            fn try_from(written: Written) -> Result<Self, String> {
-                let Written { robot, clips, mirror, validation, .. } = written;
-                let tables = [$(written.$table.map(PriorPlan::from)),+];
+        impl Written {
+            /// Takes the prior out of the table of its kind; without any it is a β-VAE with all defaults.
+            pub(super) fn take_prior(&mut self) -> Result<PriorPlan, String> {
+                let tables = [$(self.$table.take().map(PriorPlan::from)),+];
                 let mut chosen = tables.into_iter().flatten();
                 let prior = chosen.next().unwrap_or_else(|| VaePlan::default().into());
                 if chosen.next().is_some() {
                     let tables = [$(format!("[{}] ({})", stringify!($table), <$kind>::TITLE)),+].join(", ");
                     return Err(format!("expected one table of {tables}, got two"));
                 }
-                Ok(Self { robot, clips, mirror, validation, prior })
+                Ok(prior)
             }
-        }
 
-        impl From<PriorTrainingPlan> for Written {
-            fn from(plan: PriorTrainingPlan) -> Self {
-                let PriorTrainingPlan { robot, clips, mirror, validation, prior } = plan;
-                let mut written = Self { robot, clips, mirror, validation, $($table: None),+ };
+            /// Puts a prior into the table of its kind.
+            pub(super) fn put_prior(&mut self, prior: PriorPlan) {
                 match prior {
-                    $(PriorPlan::$variant(plan) => written.$table = Some(plan),)+
+                    $(PriorPlan::$variant(plan) => self.$table = Some(plan),)+
                 }
-                written
             }
         }
 

@@ -4,21 +4,39 @@ use std::path::PathBuf;
 
 use super::kinds::{PriorPlan, Written};
 
-/// A training run of a motion prior, as its TOML file has it.
+/// A training run of a motion prior. Its keys are documented where a file has them, in `kinds.rs`.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(try_from = "Written", into = "Written")]
 pub struct PriorTrainingPlan {
-    /// A built-in robot's name, or its MJCF or URDF file.
+    /// Robot: a built-in name, or an MJCF or URDF file.
     pub robot: String,
-    /// Clips to train on: files, folders, patterns. Captured motion and keyframes are retargeted to the robot.
+    /// Clips to train on.
     pub clips: Vec<PathBuf>,
-    /// Learn from the mirror image of every training clip too, by the robot's own symmetry.
+    /// Learning from the mirror image of every training clip too.
     pub mirror: bool,
-    /// Clips that are never trained on, nor any of their names: the reconstruction is measured on them along the way, and at the end.
-    /// They take the place of the share `held_out`.
+    /// Clips that only measure the reconstruction.
     pub validation: Vec<PathBuf>,
-    /// The prior: the table of its kind. A plan without any is a β-VAE's with all defaults.
+    /// Prior, of one kind.
     pub prior: PriorPlan,
+}
+
+impl TryFrom<Written> for PriorTrainingPlan {
+    type Error = String;
+
+    fn try_from(mut written: Written) -> Result<Self, String> {
+        let prior = written.take_prior()?;
+        let Written { robot, clips, mirror, validation, .. } = written;
+        Ok(Self { robot, clips, mirror, validation, prior })
+    }
+}
+
+impl From<PriorTrainingPlan> for Written {
+    fn from(plan: PriorTrainingPlan) -> Self {
+        let PriorTrainingPlan { robot, clips, mirror, validation, prior } = plan;
+        let mut written = Self { robot, clips, mirror, validation, ..Self::default() };
+        written.put_prior(prior);
+        written
+    }
 }
 
 #[cfg(test)]
