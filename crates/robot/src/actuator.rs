@@ -37,60 +37,6 @@ pub struct ActuatorParameters<T = f64> {
     pub velocity_max: T,
 }
 
-impl<T: Copy> ActuatorParameters<T> {
-    /// Names of the parameters, in the order of [`Self::columns`].
-    pub const COLUMNS: [&'static str; 8] = [
-        "kp",
-        "kd",
-        "friction_velocity",
-        "static_friction",
-        "viscous_friction",
-        "torque_max",
-        "full_torque_velocity",
-        "velocity_max",
-    ];
-
-    /// Returns the parameters as columns.
-    pub fn columns(&self) -> [T; 8] {
-        let Self { kp, kd, friction_velocity, static_friction, viscous_friction, .. } = *self;
-        let Self { torque_max, full_torque_velocity, velocity_max, .. } = *self;
-        [
-            kp,
-            kd,
-            friction_velocity,
-            static_friction,
-            viscous_friction,
-            torque_max,
-            full_torque_velocity,
-            velocity_max,
-        ]
-    }
-
-    /// Returns the parameters of columns.
-    pub fn from_columns(columns: [T; 8]) -> Self {
-        let [
-            kp,
-            kd,
-            friction_velocity,
-            static_friction,
-            viscous_friction,
-            torque_max,
-            full_torque_velocity,
-            velocity_max,
-        ] = columns;
-        Self {
-            kp,
-            kd,
-            friction_velocity,
-            static_friction,
-            viscous_friction,
-            torque_max,
-            full_torque_velocity,
-            velocity_max,
-        }
-    }
-}
-
 impl<T: Number> ActuatorParameters<T> {
     /// Returns the motor's torque: eq. 4.9 (PD), clamped as in eq. 4.11. Braking has the full torque at any velocity;
     /// driving ramps down linearly from `full_torque_velocity` to zero at `velocity_max`.

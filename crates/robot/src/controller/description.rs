@@ -8,7 +8,16 @@ use crate::error::RobotError;
 use crate::robot::Robot;
 
 /// Names of the actuator's numbers, in the order of their columns.
-const GAINS: [&str; 8] = ActuatorParameters::<f64>::COLUMNS;
+const GAINS: [&str; 8] = [
+    "kp",
+    "kd",
+    "friction_velocity",
+    "static_friction",
+    "viscous_friction",
+    "torque_max",
+    "full_torque_velocity",
+    "velocity_max",
+];
 /// Columns of a joint: default angle, range, actuator.
 const COLUMNS: usize = 3 + GAINS.len();
 /// In files.
@@ -41,7 +50,7 @@ impl RobotDescription {
         let joints = robot.character.scalar_joints().zip(&robot.default_pose).zip(&robot.actuators.parameters);
         let numbers = joints.map(|((joint, pose), a)| {
             let (low, high) = joint.range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-            let [kp, kd, friction, fixed, viscous, torque, full, fastest] = a.columns();
+            let [kp, kd, friction, fixed, viscous, torque, full, fastest] = gains(a);
             [*pose, low, high, kp, kd, friction, fixed, viscous, torque, full, fastest]
         });
         let mut description = Self {
@@ -127,4 +136,17 @@ impl RobotDescription {
         }
         Ok(description)
     }
+}
+
+fn gains(a: &ActuatorParameters) -> [f64; 8] {
+    [
+        a.kp,
+        a.kd,
+        a.friction_velocity,
+        a.static_friction,
+        a.viscous_friction,
+        a.torque_max,
+        a.full_torque_velocity,
+        a.velocity_max,
+    ]
 }

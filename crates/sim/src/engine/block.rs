@@ -41,9 +41,17 @@ pub struct Model<V: Lanes> {
 
 impl<V: Lanes> Model<V> {
     pub fn new(robot: &Robot) -> Result<Self, SimError> {
-        let actuators = &robot.actuators.parameters;
-        let actuators: Vec<_> =
-            actuators.iter().map(|p| ActuatorParameters::from_columns(p.columns().map(V::splat_f64))).collect();
+        let actuators = robot.actuators.parameters.iter().map(|p| ActuatorParameters {
+            kp: V::splat_f64(p.kp),
+            kd: V::splat_f64(p.kd),
+            friction_velocity: V::splat_f64(p.friction_velocity),
+            static_friction: V::splat_f64(p.static_friction),
+            viscous_friction: V::splat_f64(p.viscous_friction),
+            torque_max: V::splat_f64(p.torque_max),
+            full_torque_velocity: V::splat_f64(p.full_torque_velocity),
+            velocity_max: V::splat_f64(p.velocity_max),
+        });
+        let actuators: Vec<_> = actuators.collect();
         let (tree, exact) = (Tree::new(robot)?, Tree::new(robot)?);
         let nominal = ModelParameters::nominal(&tree, &actuators);
         // Inverse weights need no gains.
