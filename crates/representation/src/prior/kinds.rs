@@ -131,11 +131,13 @@ macro_rules! kinds {
                 Ok(prior)
             }
 
-            /// Puts a prior into the table of its kind.
-            pub(super) fn put_prior(&mut self, prior: PriorPlan) {
+            /// Returns a run with a prior in the table of its kind, and all else empty.
+            pub(super) fn with_prior(prior: PriorPlan) -> Self {
+                let mut written = Self::default();
                 match prior {
-                    $(PriorPlan::$variant(plan) => self.$table = Some(plan),)+
+                    $(PriorPlan::$variant(plan) => written.$table = Some(plan),)+
                 }
+                written
             }
         }
 

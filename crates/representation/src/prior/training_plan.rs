@@ -33,8 +33,9 @@ impl TryFrom<Written> for PriorTrainingPlan {
 impl From<PriorTrainingPlan> for Written {
     fn from(plan: PriorTrainingPlan) -> Self {
         let PriorTrainingPlan { robot, clips, mirror, validation, prior } = plan;
-        let mut written = Self { robot, clips, mirror, validation, ..Self::default() };
-        written.put_prior(prior);
+        let mut written = Self::with_prior(prior);
+        (written.robot, written.clips) = (robot, clips);
+        (written.mirror, written.validation) = (mirror, validation);
         written
     }
 }
