@@ -41,7 +41,6 @@ fn text(keys: &[PlanKey]) -> String {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use std::collections::BTreeSet;
-    use std::path::Path;
 
     use lifelike_generation::align::AlignPlan;
     use lifelike_generation::evaluator::EvaluatorTrainingPlan;
@@ -60,11 +59,14 @@ mod tests {
     use crate::commands::train::critic::CriticTrainingPlan;
     use crate::plans::builtin;
 
-    /// Returns the keys of a training's plan, and those of each built-in plan of it as it is saved with a run.
-    fn declared<P>(command: &str) -> (Vec<PlanKey>, Vec<(&'static str, BTreeSet<String>)>)
-    where
-        P: JsonSchema + Serialize + DeserializeOwned,
-    {
+    /// A training: the keys of its plan, and those of its built-in plans as they are saved with a run.
+    struct Training {
+        command: &'static str,
+        keys: Vec<PlanKey>,
+        plans: Vec<(&'static str, BTreeSet<String>)>,
+    }
+
+    fn training<P: JsonSchema + Serialize + DeserializeOwned>(command: &'static str) -> Training {
         let plans = builtin().filter(|plan| plan.command() == command).map(|plan| {
             let read: P = toml::from_str(plan.text).unwrap_or_else(|error| panic!("{}: {error}", plan.name));
             plan::check("", &read).unwrap_or_else(|error| panic!("{}: {error}", plan.name));
@@ -72,7 +74,7 @@ mod tests {
             add_leaves("", &Toml::try_from(&read).unwrap(), &mut leaves);
             (plan.name, leaves)
         });
-        (plan::keys::<P>(), plans.collect())
+        Training { command, keys: plan::keys::<P>(), plans: plans.collect() }
     }
 
     fn add_leaves(prefix: &str, table: &Toml, leaves: &mut BTreeSet<String>) {
@@ -85,25 +87,19 @@ mod tests {
         }
     }
 
-    /// All trainings of the program: keys, and keys of their built-in plans.
-    fn all() -> Vec<(&'static str, Vec<PlanKey>, Vec<(&'static str, BTreeSet<String>)>)> {
-        fn one<P: JsonSchema + Serialize + DeserializeOwned>(
-            command: &'static str,
-        ) -> (&'static str, Vec<PlanKey>, Vec<(&'static str, BTreeSet<String>)>) {
-            let (keys, plans) = declared::<P>(command);
-            (command, keys, plans)
-        }
+    /// Returns all trainings of the program.
+    fn all() -> Vec<Training> {
         vec![
-            one::<TrackerPlan>("train tracker"),
-            one::<PriorTrainingPlan>("train prior"),
-            one::<MotionSplinePlan>("train spline"),
-            one::<CriticTrainingPlan>("train critic"),
-            one::<GeneratorPlan>("train generator"),
-            one::<EvaluatorTrainingPlan>("train evaluator"),
-            one::<AugmentationTrainingPlan>("train augmentation"),
-            one::<GetUpPlan>("train get-up"),
-            one::<AlignPlan>("align"),
-            one::<CotrainPlan>("cotrain"),
+            training::<TrackerPlan>("train tracker"),
+            training::<PriorTrainingPlan>("train prior"),
+            training::<MotionSplinePlan>("train spline"),
+            training::<CriticTrainingPlan>("train critic"),
+            training::<GeneratorPlan>("train generator"),
+            training::<EvaluatorTrainingPlan>("train evaluator"),
+            training::<AugmentationTrainingPlan>("train augmentation"),
+            training::<GetUpPlan>("train get-up"),
+            training::<AlignPlan>("align"),
+            training::<CotrainPlan>("cotrain"),
         ]
     }
 
@@ -143,7 +139,7 @@ mod tests {
             "1/(N² m²)",
         ];
         let mut wrong = Vec::new();
-        for (command, keys, _) in all() {
+        for Training { command, keys, .. } in all() {
             for key in keys {
                 let mut refuse =
                     |what: &str| wrong.push(format!("{command} {}: {what}: '{}' '{}'", key.key, key.unit, key.meaning));
@@ -174,7 +170,7 @@ mod tests {
 
     #[test]
     fn every_key_of_a_built_in_plan_is_declared_once() {
-        for (command, keys, plans) in all() {
+        for Training { command, keys, plans } in all() {
             let declared: BTreeSet<&str> = keys.iter().map(|key| key.key.as_str()).collect();
             assert_eq!(declared.len(), keys.len(), "{command}");
             assert!(!plans.is_empty(), "{command}: a plan comes with the program");
@@ -192,12 +188,10 @@ mod tests {
 
     #[test]
     fn a_number_out_of_range_is_refused_with_its_path() {
-        let plan = crate::plans::load::<CriticTrainingPlan>(
-            Path::new("critic"),
-            &["critic.gamma=1.5".into(), "clips=builtin".into()],
-        );
-        let Ok(plan) = plan else { return };
-        let error = plan::check("", &plan).unwrap_err().to_string();
+        let text = builtin().find(|plan| plan.name == "critic").unwrap().text;
+        let mut plan: CriticTrainingPlan = toml::from_str(text).unwrap();
+        plan.critic.gamma = 1.5;
+        let error = plan.check().unwrap_err().to_string();
         assert_eq!(error, "plan: critic.gamma: expected a number from 0 to 0.9999, got 1.5");
     }
 }
