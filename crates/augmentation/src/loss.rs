@@ -5,7 +5,7 @@ use lifelike_sim::trace::Selected;
 use crate::model::{Frame, Inputs, Scales};
 
 /// Kinds of losses (Fig. 2.12).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LossKind {
     /// |Δs - Δs̄|.

@@ -20,7 +20,9 @@ use limbs::{Finder, Kind, Limb};
 use words::Side;
 
 /// A part of a humanoid, whatever the robot calls it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
     /// The body that carries the hips; mostly the floating base.

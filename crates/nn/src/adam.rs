@@ -13,7 +13,7 @@ use crate::muon;
 use crate::rows::Layout;
 
 /// Update rule.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Rule {
     /// Kingma & Ba 2015, Algorithm 1.

@@ -5,24 +5,27 @@ use nalgebra::RealField;
 use crate::robot::Robot;
 
 /// Map from the network's output `y` (one number per joint) to joint targets (rad).
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, tag = "base", rename_all = "snake_case")]
 pub enum ActionSpec {
     /// `target = y`, clamped to the joint's limits and a margin: the thesis' form (eq. 4.9's a_t).
     Absolute,
     /// `target = default pose + scale · y`.
     DefaultPose {
-        /// rad per unit of output.
+        /// Offset of a joint target for an output of 1 (rad).
+        #[schemars(extend("unit" = "rad"), range(min = 1e-6, max = 100.0))]
         scale: f64,
     },
     /// `target = reference(t+1) + scale · y`: the policy only corrects.
     Reference {
-        /// rad per unit of output.
+        /// Offset of a joint target for an output of 1 (rad).
+        #[schemars(extend("unit" = "rad"), range(min = 1e-6, max = 100.0))]
         scale: f64,
     },
     /// `target = default pose + scale · y`, with neither outputs nor targets clamped: as other stacks do it.
     Unclamped {
-        /// rad per unit of output; 1 for a policy that was imported.
+        /// Offset of a joint target for an output of 1; 1 for a policy that was imported (rad).
+        #[schemars(extend("unit" = "rad"), range(min = 1e-6, max = 100.0))]
         scale: f64,
     },
 }

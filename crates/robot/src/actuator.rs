@@ -1,10 +1,16 @@
 //! The actuator model of thesis eqs. 4.9-4.11, generic over the number type: one robot's, or a vector of many. Beside it what
 //! chapter 2 needs of real servos: the motor's electricity and friction as it was measured.
 
+mod dc_servo;
 mod friction;
+mod ideal_pd;
+pub(crate) mod models;
 mod motor;
 
+pub use dc_servo::DcServo;
 pub use friction::ExtendedFriction;
+pub use ideal_pd::IdealPd;
+pub use models::{ActuatorModel, MODELS};
 pub use motor::{DcMotor, MotorState};
 
 use lifelike_simd::Number;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::actuator::ActuatorParameters;
+use crate::actuator::{ActuatorParameters, models};
 use crate::error::RobotError;
 
 /// The text beside a robot's MJCF (`lima.toml` beside `lima.xml`). Every part is optional: what is missing is guessed
@@ -53,7 +53,7 @@ pub struct ActuatorGroup {
     /// Torque that the motor holds for any time without overheating (N m); [`CONTINUOUS_SHARE`] of `torque_max` where not said.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torque_continuous: Option<f64>,
-    /// Parameters of Table 4.1.
+    /// Parameters of Table 4.1; a profile may give those of another of [`MODELS`](crate::actuator::MODELS) by `model`.
     pub parameters: ActuatorParameters,
 }
 
@@ -76,7 +76,10 @@ impl Profile {
     /// [`RobotError::Profile`] with line and key for text that is not a profile, and for numbers out of range.
     pub fn from_toml(text: &str, path: &Path) -> Result<Self, RobotError> {
         let fail = |message: String| RobotError::Profile { path: path.to_path_buf(), message };
-        let profile: Self = toml::from_str(text).map_err(|e| fail(e.to_string()))?;
+        let profile: Self = match models::resolve(text).map_err(fail)? {
+            Some(resolved) => resolved.try_into().map_err(|e: toml::de::Error| fail(e.to_string()))?,
+            None => toml::from_str(text).map_err(|e| fail(e.to_string()))?,
+        };
         for (name, group) in &profile.actuator {
             group.parameters.check().map_err(|message| fail(format!("[actuator.{name}.parameters]: {message}")))?;
             if let Some(armature) = group.armature.filter(|a| !(a.is_finite() && *a >= 0.0)) {
@@ -171,6 +174,33 @@ mod tests {
         assert!(glob("ab*b", "abb"));
         assert!(glob("*a*a*", "aa"));
         assert!(!glob("*a*a*", "a"));
+    }
+
+    #[test]
+    fn an_actuator_may_be_described_by_another_model() {
+        let path = Path::new("x.toml");
+        let read = |model: &str, parameters: &str| {
+            let text = format!(
+                "[actuator.leg]\njoints = [\"*\"]\nmodel = \"{model}\"\n[actuator.leg.parameters]\n{parameters}"
+            );
+            Profile::from_toml(&text, path).map_err(|error| error.to_string())
+        };
+        let ideal = read("ideal-pd", "kp = 20\nkd = 0.5\ntorque_max = 7").unwrap().actuator["leg"].parameters;
+        assert_eq!((ideal.kp, ideal.static_friction, ideal.torque_max), (20.0, 0.0, 7.0));
+        let servo = "proportional = 3\nsupply = 12\nresistance = 4\ntorque_constant = 1.5";
+        let servo = read("dc-servo", servo).unwrap().actuator["leg"].parameters;
+        assert_eq!((servo.kp, servo.torque_max, servo.velocity_max), (13.5, 4.5, 8.0));
+        let thesis = toml::to_string(&servo).unwrap();
+        assert_eq!(read("thesis", &thesis).unwrap().actuator["leg"].parameters, servo);
+        for (model, parameters, told) in [
+            ("bam", "", "[actuator.leg]: model: expected one of thesis, ideal-pd, dc-servo, got \"bam\""),
+            ("ideal-pd", "kp = 20\nkd = 0.5", "[actuator.leg.parameters]: missing field `torque_max`"),
+            ("ideal-pd", "kp = 20\nkd = 0.5\ntorque_max = 7\nfriction = 1", "unknown field `friction`"),
+            ("ideal-pd", "kp = -1\nkd = 0.5\ntorque_max = 7", "kp: expected a number of at least 0, got -1"),
+        ] {
+            let error = read(model, parameters).unwrap_err();
+            assert!(error.contains(told), "{error}");
+        }
     }
 
     #[test]

@@ -37,8 +37,9 @@ macro_rules! randomizations {
         /// assert!(parameters.joint_offset.iter().all(|x| x.abs() <= 0.01));
         /// # Ok::<(), Box<dyn std::error::Error>>(())
         /// ```
-        #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
         #[serde(deny_unknown_fields, default = "RandomizationSpec::none")]
+        #[schemars(transform = Self::declare)]
         pub struct RandomizationSpec {
             $($(#[doc = $doc])+ pub $name: $value,)+
         }
@@ -49,11 +50,14 @@ macro_rules! randomizations {
                 Self { $($name: <$value>::default(),)+ }
             }
 
-            /// Returns key, unit and meaning of every value, as a plan names them below its table.
-            pub fn keys() -> Vec<(String, &'static str, String)> {
-                let mut keys = Vec::new();
-                $($kind.keys(stringify!($name), concat!($($doc),+), &mut keys);)+
-                keys
+            /// Puts unit and range of every value into the schema of plans.
+            fn declare(table: &mut schemars::Schema) {
+                $(
+                    let key = table.pointer_mut(concat!("/properties/", stringify!($name)));
+                    if let Some(key) = key.and_then(|key| key.try_into().ok()) {
+                        $kind.declare(key);
+                    }
+                )+
             }
 
             /// Refuses numbers that cannot be used.
@@ -86,11 +90,12 @@ randomizations! {
     /// ε_m of Table 4.1: each body's mass is scaled by a factor within 1 ± this.
     mass: f64 = Deviation::factor(bodies, |p, x| p.mass_scale = x);
 
-    /// ε_q of Table 4.1: each joint's encoder is off by at most this (rad). 0.2 for robots in the thesis, 0 for the
-    /// humanoid.
+    /// ε_q of Table 4.1: each joint's encoder is off by at most this (rad).
+    ///
+    /// 0.2 for robots in the thesis, 0 for the humanoid.
     joint_offset: f64 = Deviation::offset(1.0, "rad", joints, |p, x| p.joint_offset = x);
 
-    /// Least and greatest sliding friction of the ground; `None`: as the model says.
+    /// Least and greatest sliding friction of the ground; the model's where not given.
     ground_friction: Option<[f64; 2]> = FrictionRange(|_| 1, |p, x| p.ground_friction = x.first().copied());
 
     /// Each body's centre of mass is off by at most this along each axis (m).
@@ -98,8 +103,9 @@ randomizations! {
         p.com_offset = x.chunks_exact(3).map(|o| [o[0], o[1], o[2]]).collect();
     });
 
-    /// Least and greatest sliding friction of the ground below each foot, drawn for each foot ("the local ground plane",
-    /// thesis 4.2.2); `None`: that of the ground.
+    /// Least and greatest sliding friction of the ground below each foot, each drawn for itself (thesis 4.2.2).
+    ///
+    /// "The local ground plane"; `None`: that of the ground.
     foot_friction: Option<[f64; 2]> = FrictionRange(|r| r.anatomy.soles.len(), |p, x| p.foot_friction = x);
 
     /// Each joint's armature (rotor inertia) is scaled by a factor within 1 ± this.
@@ -117,7 +123,7 @@ randomizations! {
     /// Each motor's torque, its limit included, is scaled by a factor within 1 ± this.
     strength: f64 = Deviation::factor(joints, |p, x| p.strength_scale = x);
 
-    /// Random pushes; `None`: none.
+    /// Random pushes.
     pushes: Option<PushSpec> = Pushes;
 }
 

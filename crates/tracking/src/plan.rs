@@ -1,7 +1,6 @@
 //! The plan of a training: typed, checked, saved with the run.
 
 pub mod curriculum;
-pub mod keys;
 pub mod scaling;
 pub mod sensors;
 mod teachers;
@@ -23,52 +22,58 @@ use crate::TrackerError;
 pub use crate::reference::RsiSpec;
 use crate::rewards::Reward;
 pub use crate::terminations::{Persistent, Termination};
-use lifelike_train::PlanError;
-use lifelike_train::limits::{range, whole, wrong};
+use lifelike_train::limits::wrong;
+use lifelike_train::plan;
 pub use lifelike_train::ppo::{NetworkSpec, PpoSpec};
 
 /// A tracker's training, as text. Everything but `robot` and `clips` has a default: the recipe that learns fastest.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TrackerPlan {
-    /// A built-in robot's name, or the path of an MJCF or URDF file.
+    /// Robot: a built-in name, or an MJCF or URDF file.
     pub robot: String,
-    /// Clips: `*.motion.safetensors` files, folders of them, patterns. Empty: the robot stands in its default pose.
+    /// Clips to learn from: files, folders or patterns; none: the robot stands in its default pose.
     pub clips: Vec<PathBuf>,
-    /// Learn from the mirror image of every clip too, by the robot's own symmetry.
+    /// Learning from the mirror image of every clip too, by the robot's own symmetry.
     #[serde(default)]
     pub mirror: bool,
-    /// A motion prior whose latent codes the policy sees; its size must be `inputs.latent`.
+    /// Motion prior (file or run) whose latent codes the policy sees; its size is `inputs.latent`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prior: Option<PathBuf>,
-    /// Networks to begin with instead of fresh ones: the folder of a run (policy, value function and what their inputs are
-    /// normalised with, from its last checkpoint) or a policy file. Optimizers and learning rates begin anew.
+    /// Networks to begin with: a name, the folder of a run, or a controller's file.
+    ///
+    /// Policy, value function and normalization of their inputs are taken. Optimizers and learning rates begin anew.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub init: Option<PathBuf>,
-    /// Policies to learn from instead of from rewards: the policy acts, and learns to do what they would have done (DAgger, Ross et al.
-    /// 2011). The value function learns from rewards all the same, for a training that begins with the result (`init`).
+    /// Policies to imitate instead of maximizing rewards (DAgger, Ross et al. 2011).
+    ///
+    /// The policy acts and learns the teachers' actions. The value function learns from rewards all the same, for a
+    /// training that begins with the result (`init`).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub teachers: Vec<TeacherSpec>,
     /// Seed of everything random.
     #[serde(default)]
+    #[schemars(extend("unit" = "1"))]
     pub seed: u64,
     /// Limits of steps and time.
     #[serde(default)]
     pub budget: Budget,
     /// Iterations between checkpoints.
     #[serde(default = "fifty")]
+    #[schemars(extend("unit" = "iterations"), range(min = 1))]
     pub checkpoint_every: u64,
-    /// The robot that this plan's numbers were chosen for, from which they are scaled to its own.
+    /// Robot for which the plan's numbers were chosen; they are scaled from it to the plan's robot.
     #[serde(default)]
     pub scaling: ScalingSpec,
     /// The policy's inputs from the reference.
     #[serde(default = "default_inputs")]
     pub inputs: ReferenceSpec,
-    /// The policy sees the root's linear velocity. Without it a policy suits robots that cannot measure it; those
-    /// cannot measure `anchor.position` either.
+    /// The policy sees the root's linear velocity, which few robots can measure.
+    ///
+    /// Robots that cannot measure it cannot measure `anchor.position` either.
     #[serde(default = "yes")]
     pub linear_velocity: bool,
-    /// The policy's inputs about its place on the reference's path.
+    /// Inputs about the robot's place on the reference's path.
     #[serde(default = "default_anchor")]
     pub anchor: AnchorSpec,
     /// Meaning of the policy's outputs.
@@ -107,14 +112,17 @@ pub struct TrackerPlan {
 }
 
 /// Limits of a training, which stops at whichever comes first.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Budget {
-    /// Environment steps over all environments.
+    /// Environment steps over all environments after which the training ends.
+    #[schemars(extend("unit" = "steps"), range(min = 1))]
     pub steps: u64,
-    /// Wall time of the whole run, earlier parts of a resumed run included (minutes). A run that stops by the clock ends
-    /// at another step each time.
+    /// Wall time after which the training ends, earlier parts of a resumed run included.
+    ///
+    /// A run that stops by the clock ends at another step each time.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "min"), range(min = 0.0, max = 1e6))]
     pub minutes: Option<f64>,
 }
 
@@ -125,20 +133,21 @@ impl Default for Budget {
 }
 
 /// Length of an episode, and its course at the end of a clip.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct EpisodeSpec {
     /// Longest episode T (s).
+    #[schemars(extend("unit" = "s"), range(min = 0.02, max = 1e5))]
     pub seconds: f64,
-    /// At the end of a clip, go on with another from a random frame without a reset (thesis 4.2.2); else the episode is
-    /// cut there.
+    /// Continuation with another clip at the end of a clip (thesis 4.2.2); otherwise the episode is truncated.
     pub switch_clips: bool,
-    /// Reference re-anchoring: a robot that leaves its path, or turns off it, further than it is shown draws the
-    /// reference's world after it. The limits are `ANCHOR_REACH` and `ANCHOR_TURN` of
-    /// [`lifelike_robot::ObservationSpec`]. So errors stay where they can be seen and paid for, without a reason to
-    /// end the episode.
+    /// Reference re-anchoring: the reference's path follows a robot that leaves it.
+    ///
+    /// The limits are `ANCHOR_REACH` and `ANCHOR_TURN` of [`lifelike_robot::ObservationSpec`]. Errors stay where the
+    /// policy sees them, without a reason to end the episode.
     pub reanchor: bool,
-    /// After a switch, deviations do not end the episode for this long (s).
+    /// Time after a switch of clips in which errors do not end the episode (s).
+    #[schemars(extend("unit" = "s"), range(min = 0.0, max = 1e3))]
     pub grace_seconds: f64,
 }
 
@@ -239,53 +248,16 @@ impl TrackerPlan {
     /// # Errors
     /// [`TrackerError::Plan`] with the key, the range and the value.
     pub fn check(&self) -> Result<(), TrackerError> {
-        whole("budget.steps", self.budget.steps, 1, u64::MAX)?;
-        if let Some(minutes) = self.budget.minutes {
-            range("budget.minutes", minutes, 0.0, 1e6)?;
-        }
-        whole("checkpoint_every", self.checkpoint_every, 1, u64::MAX)?;
-        self.scaling.check()?;
+        plan::check("", self)?;
         self.ppo.check()?;
-        self.network.check()?;
-        range("episode.seconds", self.episode.seconds, 0.02, 1e5)?;
-        range("episode.grace_seconds", self.episode.grace_seconds, 0.0, 1e3)?;
-        range("rsi.failure_share", self.rsi.failure_share, 0.0, 1.0)?;
-        range("rsi.floor", self.rsi.floor, 0.0, 1.0)?;
-        range("rsi.memory", self.rsi.memory, 0.0, 1.0)?;
-        range("rsi.random_start_share", self.rsi.random_start_share, 0.0, 1.0)?;
-        range("rsi.fallen_share", self.rsi.fallen_share, 0.0, 1.0)?;
-        let noises = [
-            ("rsi.joint_noise", self.rsi.joint_noise),
-            ("rsi.velocity_noise", self.rsi.velocity_noise),
-            ("rsi.path_noise", self.rsi.path_noise),
-            ("rsi.heading_noise", self.rsi.heading_noise),
-        ];
-        for (key, noise) in noises {
-            range(key, noise.into(), 0.0, 10.0)?;
-        }
         self.randomization.check()?;
         self.terrain.map_or(Ok(()), |terrain| terrain.check())?;
-        self.sensors.check()?;
         self.curriculum.check()?;
-        self.termination.check()?;
         self.teachers.iter().try_for_each(TeacherSpec::check)?;
-        self.check_reward()?;
         self.check_inputs()
     }
 
-    fn check_reward(&self) -> Result<(), TrackerError> {
-        let expected = "a plan that can be written as TOML";
-        let reward = toml::Value::try_from(self.reward).map_err(|error| wrong("reward", expected, error))?;
-        Ok(numbers("reward", &reward)?)
-    }
-
     fn check_inputs(&self) -> Result<(), TrackerError> {
-        for offset in &self.inputs.future {
-            whole("inputs.future", u64::from(*offset), 1, 1000)?;
-        }
-        if let Some(offset) = self.inputs.window.iter().find(|o| o.unsigned_abs() > 1000) {
-            return Err(wrong("inputs.window", "offsets from -1000 to 1000 policy steps", offset).into());
-        }
         match (self.inputs.window.is_empty(), self.network.code) {
             (true, 1..) => Err(wrong("network.code", "0 without inputs.window", self.network.code)),
             (false, 0) => Err(wrong("network.code", "the size of the code of inputs.window", 0)),
@@ -296,8 +268,7 @@ impl TrackerPlan {
             (Some(_), 0) => Err(wrong("inputs.latent", "the size of the prior's latent code", 0)),
             _ => Ok(()),
         }?;
-        self.check_terms()?;
-        Ok(range("action.scale", self.action.scale(), 1e-6, 100.0)?)
+        self.check_terms()
     }
 
     /// Checks that a layout by terms is the only one.
@@ -315,22 +286,6 @@ impl TrackerPlan {
             }
             None => Ok(()),
         }
-    }
-}
-
-/// Largest weight or tolerance of a reward.
-const MAX_REWARD: f64 = 1e6;
-
-/// Checks every number of a reward; the loss of a term may be without limit.
-fn numbers(key: &str, value: &toml::Value) -> Result<(), PlanError> {
-    match value {
-        toml::Value::Float(x) if x.is_nan() || (x.abs() > MAX_REWARD && key != "reward.term_limit") => {
-            Err(wrong(key, &format!("a number from -{MAX_REWARD:e} to {MAX_REWARD:e}"), x))
-        }
-        toml::Value::Table(table) => {
-            table.iter().try_for_each(|(name, value)| numbers(&format!("{key}.{name}"), value))
-        }
-        _ => Ok(()),
     }
 }
 

@@ -26,8 +26,6 @@ pub type TermValues = [f32; TERMS.len()];
 pub struct Term {
     /// Key in the plan, and name in the metrics (`Reward/<name>`).
     pub name: &'static str,
-    /// Meaning, with its equation.
-    pub meaning: &'static str,
     /// Unit of the error or cost; empty: none.
     pub unit: &'static str,
     /// True for penalties, which the curriculum of smoothness scales.
@@ -37,7 +35,7 @@ pub struct Term {
 }
 
 /// One of the two forms.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Reward {
     /// Eqs. 4.5-4.8.
@@ -67,30 +65,4 @@ pub fn scale_penalties(terms: &mut TermValues, factor: f32) {
     for (value, _) in terms.iter_mut().zip(TERMS).filter(|(_, term)| term.penalty) {
         *value *= factor;
     }
-}
-
-/// Key, unit and meaning of every number in `[reward]`, of both forms.
-pub(crate) fn keys() -> Vec<(String, String, String)> {
-    let per = |unit: &str| match unit {
-        "" => "1".to_string(),
-        unit if unit.contains([' ', '/']) => format!("1/({unit})"),
-        unit => format!("1/{unit}"),
-    };
-    let mut keys = Vec::new();
-    let mut key = |name: String, unit: String, meaning: String| keys.push((format!("reward.{name}"), unit, meaning));
-    key("kind".into(), String::new(), "form: \"exponential\", or \"thesis\" (eqs. 4.5-4.8)".into());
-    for term in TERMS {
-        let (name, meaning) = (term.name, term.meaning.trim());
-        if term.kernel {
-            key(name.into(), "1".into(), format!("thesis: weight of the normalised square. {meaning}"));
-            key(format!("{name}.weight"), "1".into(), format!("exponential: value without error. {meaning}"));
-            key(format!("{name}.sharpness"), per(term.unit), format!("exponential: decay with the error. {meaning}"));
-        } else {
-            key(name.into(), per(term.unit), format!("weight. {meaning}"));
-        }
-    }
-    for (name, unit, meaning) in terms::SETTINGS.iter().chain(floors::SETTINGS) {
-        key((*name).into(), (*unit).into(), (*meaning).into());
-    }
-    keys
 }

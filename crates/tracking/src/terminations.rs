@@ -4,25 +4,18 @@
 //! measured error. Its key in `[termination]`, range check, share in the curriculum, cause, metric (`Termination/<key>`)
 //! and row in the table of plan keys follow from there. Rules are tried in the order of the list.
 
-use lifelike_train::PlanError;
-use lifelike_train::limits::range;
+use lifelike_train::plan;
 
 use crate::TrackerError;
 use crate::tracking_error::TrackingError;
 
 /// A limit of a rule, as a plan gives it.
 trait Limit: Copy {
-    /// Keys below the rule's own, with unit and meaning; empty where the limit is a number.
-    const PARTS: &'static [(&'static str, &'static str, &'static str)] = &[];
-
     /// Returns true when the error, or the time for which it has lasted (s), is beyond the limit.
     fn exceeded(self, error: f32, lasted: f64) -> bool;
 
     /// Returns the limit with its distance or angle multiplied.
     fn scaled(self, factor: f64) -> Self;
-
-    /// Checks the range.
-    fn check(self, key: &str) -> Result<(), PlanError>;
 }
 
 impl Limit for f32 {
@@ -33,37 +26,27 @@ impl Limit for f32 {
     fn scaled(self, factor: f64) -> Self {
         (f64::from(self) * factor) as f32
     }
-
-    fn check(self, key: &str) -> Result<(), PlanError> {
-        range(key, self.into(), 1e-6, 1e3)
-    }
 }
 
 /// A limit that ends the episode only when it is exceeded for some time: t^p and f of Table 4.1.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Persistent {
-    /// Largest error without consequence (m).
+    /// Largest error of any end effector without consequence, t^p (m).
+    #[schemars(extend("unit" = "m"), range(min = 1e-6, max = 1e3))]
     pub distance: f32,
-    /// Longest time above it (s).
+    /// Longest time above it, f (s).
+    #[schemars(extend("unit" = "s"), range(min = 0.0, max = 1e3))]
     pub seconds: f64,
 }
 
 impl Limit for Persistent {
-    const PARTS: &'static [(&'static str, &'static str, &'static str)] =
-        &[("distance", "m", "t^p: largest error without consequence"), ("seconds", "s", "f: longest time above it")];
-
     fn exceeded(self, _error: f32, lasted: f64) -> bool {
         lasted > self.seconds
     }
 
     fn scaled(self, factor: f64) -> Self {
         Self { distance: self.distance.scaled(factor), ..self }
-    }
-
-    fn check(self, key: &str) -> Result<(), PlanError> {
-        self.distance.check(&format!("{key}.distance"))?;
-        range(&format!("{key}.seconds"), self.seconds, 0.0, 1e3)
     }
 }
 
@@ -92,32 +75,35 @@ mod limit_or_false {
     }
 }
 
-/// Key, unit and meaning of every number in `[termination]`.
-pub(crate) fn keys() -> Vec<(String, &'static str, String)> {
-    let mut keys = Vec::new();
-    for (key, unit, parts, meaning) in RULES {
-        if parts.is_empty() {
-            keys.push((format!("termination.{key}"), *unit, meaning.trim().to_string()));
+/// Puts `false`, and the range of a limit that is a number, into the schema of the rules.
+fn put_ranges(rules: &mut schemars::Schema) {
+    let rules = rules.get_mut("properties").and_then(|rules| rules.as_object_mut());
+    for rule in rules.into_iter().flat_map(|rules| rules.values_mut()).filter_map(|rule| rule.as_object_mut()) {
+        let mut limit = schemars::Schema::default();
+        for key in ["type", "format", "properties", "required", "additionalProperties"] {
+            rule.remove(key).into_iter().for_each(|value| drop(limit.insert(key.into(), value)));
         }
-        for (part, unit, detail) in *parts {
-            keys.push((format!("termination.{key}.{part}"), *unit, format!("{}: {detail}", meaning.trim())));
+        if limit.get("properties").is_none() {
+            limit.insert("minimum".into(), 1e-6.into());
+            limit.insert("maximum".into(), 1e3.into());
         }
+        let off = schemars::json_schema!({ "type": "boolean", "enum": [false] });
+        rule.insert("anyOf".into(), vec![limit.to_value(), off.to_value()].into());
     }
-    keys
 }
-
-type Rule = (&'static str, &'static str, &'static [(&'static str, &'static str, &'static str)], &'static str);
 
 macro_rules! terminations {
     ($($(#[doc = $doc:literal])+ $cause:ident, $key:ident: $limit:ty = $default:expr, $unit:literal, $error:expr;)+) => {
         /// The rules by which an episode fails. A limit that the table does not name is the default one; `false` turns a rule
         /// off. A diverged simulation always ends the episode.
-        #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
         #[serde(deny_unknown_fields, default)]
+        #[schemars(transform = put_ranges)]
         pub struct Termination {
             $(
                 $(#[doc = $doc])+
-                #[serde(with = "limit_or_false")]
+                #[serde(serialize_with = "limit_or_false::serialize", deserialize_with = "limit_or_false::deserialize")]
+                #[schemars(extend("unit" = $unit))]
                 pub $key: Option<$limit>,
             )+
         }
@@ -143,12 +129,7 @@ macro_rules! terminations {
             /// # Errors
             /// [`TrackerError::Plan`] with the key, the range and the value.
             pub fn check(&self) -> Result<(), TrackerError> {
-                $(
-                    if let Some(limit) = self.$key {
-                        limit.check(concat!("termination.", stringify!($key)))?;
-                    }
-                )+
-                Ok(())
+                Ok(plan::check("termination", self)?)
             }
 
             /// Returns the first rule that is broken. `lasted` is the time for which the error of the persistent rule has
@@ -184,9 +165,6 @@ macro_rules! terminations {
                 }
             }
         }
-
-        /// Key, unit, parts and meaning of each rule.
-        const RULES: &[Rule] = &[$((stringify!($key), $unit, <$limit as Limit>::PARTS, concat!($($doc),+))),+];
     };
 }
 

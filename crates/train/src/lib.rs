@@ -31,6 +31,7 @@ pub mod limits;
 mod log_schedule;
 pub mod losses;
 pub mod networks;
+pub mod plan;
 pub mod ppo;
 mod records;
 mod run;

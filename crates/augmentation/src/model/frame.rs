@@ -7,7 +7,7 @@ use lifelike_sim::trace::{BlockTrace, Columns, FRAME, Trace};
 use crate::AugmentationError;
 
 /// Axes of a body's state, forces and errors, as the network reads and predicts them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Frame {
     /// Axes of the world.

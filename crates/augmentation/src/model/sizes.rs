@@ -5,10 +5,11 @@ use lifelike_nn::fusion::{
     VariableSelection,
 };
 use lifelike_nn::rows::{Entry, Layout};
-use lifelike_train::limits::{PlanError, range, whole, wrong};
+use lifelike_train::limits::{PlanError, wrong};
+use lifelike_train::plan;
 
 /// Layer between the selection of variables and attention (thesis 2.5.4).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Backbone {
     /// Nothing.
@@ -21,29 +22,37 @@ pub enum Backbone {
 }
 
 /// Sizes of the network.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SatSizes {
-    /// Numbers of a row: state, forces, references.
+    /// Size of a row: state, forces, references. The training sets it.
+    #[schemars(extend("unit" = "1"))]
     pub inputs: usize,
-    /// Numbers of Δs, predicted and fed back.
+    /// Size of Δs, predicted and fed back. The training sets it.
+    #[schemars(extend("unit" = "1"))]
     pub outputs: usize,
-    /// Numbers that come out for each of them: more than one for the quantile loss.
+    /// Numbers that come out for each output: more than one for the quantile loss. The training sets it.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 99))]
     pub quantiles: usize,
-    /// Numbers that a variable is embedded in.
+    /// Size of the embedding of a variable.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 256))]
     pub embedding: usize,
-    /// Width of everything.
+    /// Width of all layers.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 1024))]
     pub width: usize,
-    /// Heads of attention.
+    /// Number of attention heads; a divisor of the width.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 64))]
     pub heads: usize,
-    /// K: steps that are looked back on.
+    /// Number K of past steps that the network sees.
+    #[schemars(extend("unit" = "steps"), range(min = 1, max = 4096))]
     pub history: usize,
     /// Layer before attention.
     pub backbone: Backbone,
-    /// True with attention.
+    /// Attention over the past steps.
     pub attention: bool,
-    /// True where a measured error of the step before is added to the output, so that the network predicts its change. False is the
-    /// thesis' form: errors are inputs of the encoder, measured and predicted ones alike.
+    /// Addition of the measured error of the step before to the output: the network predicts its change.
+    ///
+    /// False is the thesis' form: errors are inputs of the encoder, measured and predicted ones alike.
     pub carry: bool,
 }
 
@@ -70,11 +79,7 @@ impl SatSizes {
     /// # Errors
     /// The key, its range and the value.
     pub fn check(&self) -> Result<(), PlanError> {
-        whole("model.embedding", self.embedding as u64, 1, 256)?;
-        whole("model.width", self.width as u64, 1, 1024)?;
-        whole("model.heads", self.heads as u64, 1, 64)?;
-        whole("model.history", self.history as u64, 1, 4096)?;
-        range("model.quantiles", self.quantiles as f64, 1.0, 99.0)?;
+        plan::check("model", self)?;
         if !self.width.is_multiple_of(self.heads) {
             return Err(wrong("model.heads", &format!("a divisor of the width {}", self.width), self.heads));
         }

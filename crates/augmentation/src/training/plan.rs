@@ -1,7 +1,8 @@
 //! Settings of an augmentation's training.
 
 use lifelike_nn::schedules::cosine;
-use lifelike_train::limits::{range, whole, wrong};
+use lifelike_train::limits::wrong;
+use lifelike_train::plan;
 
 use crate::AugmentationError;
 use crate::augmentation::Feedback;
@@ -9,15 +10,20 @@ use crate::loss::LossKind;
 use crate::model::{Frame, SatSizes};
 
 /// Errors before that training shows to the encoder.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FeedbackShares {
     /// Share of the stretches with the measured errors (teacher forcing).
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 1.0))]
     pub measured: f64,
-    /// Share with the network's own predictions, step after step from the stretch's begin (closed loop).
+    /// Share of the stretches with the network's own predictions, step after step (closed loop).
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 1.0))]
     pub predicted: f64,
-    /// Scheduled sampling (Bengio et al. 2015): in these stretches each step gets its own prediction with a probability that rises
-    /// linearly over this share of the iterations, else the measured error. 0: predictions from the first iteration on.
+    /// Share of the iterations over which closed-loop steps change from measured errors to own predictions.
+    ///
+    /// Scheduled sampling (Bengio et al. 2015): each step gets its own prediction with a probability that rises
+    /// linearly, else the measured error. 0: predictions from the first iteration on.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 1.0))]
     pub ramp: f64,
 }
 
@@ -49,51 +55,65 @@ impl FeedbackShares {
 }
 
 /// A training of an augmentation. In the remaining share of the stretches nothing is fed back.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AugmentationPlan {
-    /// Key of all randomness.
+    /// Seed of everything random.
+    #[schemars(extend("unit" = "1"))]
     pub seed: u64,
     /// Class of the building blocks; empty: the first that was measured.
     pub class: String,
     /// Measured columns to predict; empty: all of them.
     pub outputs: Vec<String>,
-    /// Names of columns that the network is not shown (`current`), whether state, force or reference.
+    /// Names of columns (state, force or reference) that the network is not shown.
     pub leave_out: Vec<String>,
-    /// Half widths of the play operators that the network is shown of what has a reference (rad): hysteresis. Empty: none.
+    /// Half widths of the play operators that the network sees: hysteresis; empty: none (rad).
+    #[schemars(extend("unit" = "rad"), inner(range(min = 1e-6, max = 1e6)))]
     pub hysteresis: Vec<f64>,
     /// Axes of rigid bodies, world or parent; actuators have none.
     pub frame: Frame,
-    /// The network.
+    /// Network.
     pub model: SatSizes,
-    /// The loss.
+    /// Loss.
     pub loss: LossKind,
     /// Weight of the physics-informed term of eq. 2.3.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 1e3))]
     pub physics_weight: f64,
     /// Errors that the encoder sees.
     pub feedback: FeedbackShares,
     /// Steps of a stretch that is learned from at once.
+    #[schemars(extend("unit" = "steps"), range(min = 2, max = 1u64 << 20))]
     pub stretch: usize,
-    /// Stretches of an iteration.
+    /// Stretches per iteration.
+    #[schemars(extend("unit" = "stretches"), range(min = 1, max = 1u64 << 16))]
     pub batch: usize,
     /// Stretches that pass through the network at once on one core.
+    #[schemars(extend("unit" = "stretches"), range(min = 1, max = 1u64 << 16))]
     pub part: usize,
-    /// Iterations.
+    /// Training iterations.
+    #[schemars(extend("unit" = "iterations"), range(min = 1, max = 1u64 << 40))]
     pub iterations: u64,
-    /// Wall time after which the training ends (minutes).
+    /// Wall time after which the training ends (min).
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "min"), range(min = 0.01, max = 1e6))]
     pub minutes: Option<f64>,
-    /// The largest learning rate.
+    /// Largest learning rate.
+    #[schemars(extend("unit" = "1"), range(min = 1e-9, max = 10.0))]
     pub learning_rate: f64,
-    /// Iterations over which it rises from 0.
+    /// Iterations over which the learning rate rises from 0.
+    #[schemars(extend("unit" = "iterations"), range(min = 0, max = 1u64 << 40))]
     pub warmup: u64,
     /// Decay of the weights in each step, as a share of the learning rate.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 100.0))]
     pub weight_decay: f64,
     /// Standard deviation of noise on the rows, in units of the scales.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 10.0))]
     pub noise: f64,
-    /// Gradients are scaled down to this norm.
+    /// Norm to which gradients are scaled down.
+    #[schemars(extend("unit" = "1"), range(min = 1e-9, max = 1e9))]
     pub max_gradient_norm: f64,
     /// Iterations between validations and checkpoints.
+    #[schemars(extend("unit" = "iterations"), range(min = 1, max = 1u64 << 40))]
     pub validate_every: u64,
 }
 
@@ -132,30 +152,12 @@ impl AugmentationPlan {
     /// The first key out of range.
     pub fn check(&self) -> Result<(), AugmentationError> {
         self.model.check()?;
-        for radius in &self.hysteresis {
-            range("hysteresis", *radius, 1e-6, 1e6)?;
-        }
-        range("physics_weight", self.physics_weight, 0.0, 1e3)?;
-        range("feedback.measured", self.feedback.measured, 0.0, 1.0)?;
-        range("feedback.predicted", self.feedback.predicted, 0.0, 1.0)?;
-        range("feedback.ramp", self.feedback.ramp, 0.0, 1.0)?;
+        plan::check("", self)?;
         if self.feedback.measured + self.feedback.predicted > 1.0 {
             let sum = self.feedback.measured + self.feedback.predicted;
             return Err(wrong("feedback", "shares that sum to at most 1", sum).into());
         }
-        whole("stretch", self.stretch as u64, 2, 1 << 20)?;
-        whole("batch", self.batch as u64, 1, 1 << 16)?;
-        whole("part", self.part as u64, 1, 1 << 16)?;
-        whole("iterations", self.iterations, 1, 1 << 40)?;
-        if let Some(minutes) = self.minutes {
-            range("minutes", minutes, 0.01, 1e6)?;
-        }
-        range("learning_rate", self.learning_rate, 1e-9, 10.0)?;
-        whole("warmup", self.warmup, 0, 1 << 40)?;
-        range("weight_decay", self.weight_decay, 0.0, 100.0)?;
-        range("noise", self.noise, 0.0, 10.0)?;
-        range("max_gradient_norm", self.max_gradient_norm, 1e-9, 1e9)?;
-        Ok(whole("validate_every", self.validate_every, 1, 1 << 40)?)
+        Ok(())
     }
 
     /// Returns the learning rate at an iteration (counted from 0).

@@ -1,7 +1,6 @@
 //! Physics as the judge of an alignment's weights: a critic that is exploited cannot choose them.
 
 use lifelike_language::Split;
-use lifelike_train::limits::{range, whole};
 
 use crate::GenerationError;
 use crate::generator::Generator;
@@ -60,34 +59,25 @@ pub trait PhysicsJudge: std::fmt::Debug {
 }
 
 /// Motion that the judge plays.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct JudgePlan {
-    /// Most sentences, evenly from the split.
+    /// Largest number of sentences, evenly from the split.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 100_000))]
     pub sentences: usize,
-    /// Their split.
+    /// Split of the sentences.
     pub split: Split,
-    /// Episodes of the thesis' protocol (5.3.3): from random frames, on after a fall.
+    /// Number of episodes of the thesis' protocol (5.3.3), which continue after a fall.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 1_000_000))]
     pub episodes: usize,
     /// Length of an episode (s).
+    #[schemars(extend("unit" = "s"), range(min = 0.1, max = 3600.0))]
     pub seconds: f64,
 }
 
 impl Default for JudgePlan {
     fn default() -> Self {
         Self { sentences: 48, split: Split::Validation, episodes: 256, seconds: 10.0 }
-    }
-}
-
-impl JudgePlan {
-    /// Checks every range.
-    ///
-    /// # Errors
-    /// The first key out of range.
-    pub fn check(&self) -> Result<(), GenerationError> {
-        whole("judge.sentences", self.sentences as u64, 1, 100_000)?;
-        whole("judge.episodes", self.episodes as u64, 1, 1_000_000)?;
-        Ok(range("judge.seconds", self.seconds, 0.1, 3600.0)?)
     }
 }
 

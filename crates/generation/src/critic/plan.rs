@@ -1,39 +1,52 @@
 //! The plan of a critic.
 
 use lifelike_train::gae::Discounts;
-use lifelike_train::limits::{range, whole};
+use lifelike_train::plan;
 
 use super::file::MAX_MEMBERS;
 use crate::GenerationError;
 use crate::representation::RepresentationSpec;
 
 /// Settings of a critic and its training (thesis Table 5.1).
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CriticPlan {
-    /// Motion that the critic sees on either side of t (s); 0: the row at t alone.
+    /// Motion that the critic sees on either side of t; 0: the row at t alone (s).
+    #[schemars(extend("unit" = "s"), range(min = 0.0, max = 10.0))]
     pub window: f64,
-    /// Networks, each with first weights and a bootstrap sample of the clips of its own; the value is their least.
+    /// Number of networks, whose least value counts.
+    ///
+    /// Each has first weights and a bootstrap sample of the clips of its own.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = MAX_MEMBERS))]
     pub members: usize,
-    /// Hidden layers, ELU between them.
+    /// Widths of the hidden layers, ELU between them.
+    #[schemars(extend("unit" = "1"), inner(range(min = 1, max = 4096)))]
     pub hidden: Vec<usize>,
     /// Discount γ of a control step.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 0.9999))]
     pub gamma: f64,
     /// λ of the targets (eq. 5.3).
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 1.0))]
     pub lambda: f64,
-    /// Targets go on across jumps to another clip, as the thesis' expectation over future references does.
+    /// Targets continue across jumps to another clip, as the thesis' expectation over future references does.
     pub across_jumps: bool,
     /// Learning rate η_c of Adam.
+    #[schemars(extend("unit" = "1"), range(min = 1e-8, max = 1.0))]
     pub learning_rate: f64,
     /// Decay of the weights in each step, as a share of the learning rate (AdamW, Loshchilov & Hutter 2019).
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 10.0))]
     pub weight_decay: f64,
     /// Epochs over all records; the targets are computed anew before each.
+    #[schemars(extend("unit" = "epochs"), range(min = 1, max = 1_000_000))]
     pub epochs: u64,
     /// Windows of a gradient step.
+    #[schemars(extend("unit" = "windows"), range(min = 1, max = 1u64 << 20))]
     pub minibatch: usize,
-    /// Share of the clips that is not learned from: the best network on them is the result.
+    /// Share of the clips that is held out; the network that is best on them is the result.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 0.9))]
     pub validation: f64,
     /// Epochs between validations and checkpoints.
+    #[schemars(extend("unit" = "epochs"), range(min = 1, max = 1_000_000))]
     pub validate_every: u64,
 }
 
@@ -62,19 +75,7 @@ impl CriticPlan {
     /// # Errors
     /// [`GenerationError::Plan`] with the key, the range and the value.
     pub fn check(&self) -> Result<(), GenerationError> {
-        range("critic.window", self.window, 0.0, 10.0)?;
-        whole("critic.members", self.members as u64, 1, MAX_MEMBERS as u64)?;
-        for width in &self.hidden {
-            whole("critic.hidden", *width as u64, 1, 4096)?;
-        }
-        range("critic.gamma", self.gamma, 0.0, 0.9999)?;
-        range("critic.lambda", self.lambda, 0.0, 1.0)?;
-        range("critic.learning_rate", self.learning_rate, 1e-8, 1.0)?;
-        range("critic.weight_decay", self.weight_decay, 0.0, 10.0)?;
-        whole("critic.epochs", self.epochs, 1, 1_000_000)?;
-        whole("critic.minibatch", self.minibatch as u64, 1, 1 << 20)?;
-        range("critic.validation", self.validation, 0.0, 0.9)?;
-        Ok(whole("critic.validate_every", self.validate_every, 1, 1_000_000)?)
+        Ok(plan::check("critic", self)?)
     }
 
     /// Returns the discounts of the targets.

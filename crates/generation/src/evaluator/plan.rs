@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
-use lifelike_train::limits::{PlanError, range, whole};
+use lifelike_train::limits::{PlanError, whole};
+use lifelike_train::plan;
 
 /// A training run of an evaluator, as its TOML file has it.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EvaluatorTrainingPlan {
-    /// A built-in robot's name, or its MJCF or URDF file.
+    /// Robot: a built-in name, or an MJCF or URDF file.
     pub robot: String,
     /// Folder of captioned clips of this robot.
     pub dataset: PathBuf,
@@ -18,38 +19,53 @@ pub struct EvaluatorTrainingPlan {
 }
 
 /// Settings of networks and training.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct EvaluatorPlan {
-    /// Key of all randomness.
+    /// Seed of everything random.
+    #[schemars(extend("unit" = "1"))]
     pub seed: u64,
-    /// Numbers of an embedding.
+    /// Size of an embedding.
+    #[schemars(extend("unit" = "1"), range(min = 2, max = 4096))]
     pub width: usize,
     /// Width of the convolutions.
+    #[schemars(extend("unit" = "1"), range(min = 4, max = 2048))]
     pub channels: usize,
     /// Residual blocks of the motion encoder.
+    #[schemars(extend("unit" = "1"), range(min = 0, max = 32))]
     pub motion_blocks: usize,
     /// Residual blocks of the text encoder.
+    #[schemars(extend("unit" = "1"), range(min = 0, max = 32))]
     pub text_blocks: usize,
-    /// Most word pieces of the vocabulary.
+    /// Largest number of word pieces of the vocabulary.
+    #[schemars(extend("unit" = "1"), range(min = 74, max = 30_000))]
     pub pieces: usize,
-    /// Most rows of a motion; longer ones are cut (at random while training). 200 are 10 s.
+    /// Largest length of a motion; 200 rows are 10 s. Longer ones are cropped, at random while training.
+    #[schemars(extend("unit" = "rows"), range(min = 4, max = 4000))]
     pub max_rows: usize,
-    /// Pairs per iteration, each told from all others.
+    /// Pairs per iteration, each of which is contrasted with all others.
+    #[schemars(extend("unit" = "pairs"), range(min = 2, max = 4096))]
     pub batch: usize,
     /// Training iterations.
+    #[schemars(extend("unit" = "iterations"), range(min = 1))]
     pub iterations: u64,
     /// Learning rate after the warm-up; from there it falls by a cosine.
+    #[schemars(extend("unit" = "1"), range(min = 1e-9, max = 1.0))]
     pub learning_rate: f64,
     /// Iterations of the warm-up.
+    #[schemars(extend("unit" = "iterations"))]
     pub warmup: u64,
     /// Standard deviation of the noise on standardized rows while training.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 10.0))]
     pub noise: f64,
     /// Share of word pieces that are hidden while training.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 0.9))]
     pub word_dropout: f64,
-    /// Gradients are scaled down to this norm.
+    /// Norm to which gradients are scaled down.
+    #[schemars(extend("unit" = "1"), range(min = 1e-6, max = 1e9))]
     pub max_gradient_norm: f64,
     /// Iterations between validations, by which the best networks are kept.
+    #[schemars(extend("unit" = "iterations"), range(min = 1))]
     pub validate_every: u64,
 }
 
@@ -81,25 +97,8 @@ impl EvaluatorPlan {
     /// # Errors
     /// The first value out of range.
     pub fn check(&self) -> Result<(), PlanError> {
-        let at = |key: &str| format!("evaluator.{key}");
-        for (key, value, low, high) in [
-            ("width", self.width, 2, 4096),
-            ("channels", self.channels, 4, 2048),
-            ("motion_blocks", self.motion_blocks, 0, 32),
-            ("text_blocks", self.text_blocks, 0, 32),
-            ("pieces", self.pieces, 74, 30_000),
-            ("max_rows", self.max_rows, 4, 4000),
-            ("batch", self.batch, 2, 4096),
-        ] {
-            whole(&at(key), value as u64, low, high)?;
-        }
-        whole(&at("iterations"), self.iterations, 1, u64::MAX)?;
-        whole(&at("warmup"), self.warmup, 0, self.iterations)?;
-        whole(&at("validate_every"), self.validate_every, 1, u64::MAX)?;
-        range(&at("learning_rate"), self.learning_rate, 1e-9, 1.0)?;
-        range(&at("noise"), self.noise, 0.0, 10.0)?;
-        range(&at("word_dropout"), self.word_dropout, 0.0, 0.9)?;
-        range(&at("max_gradient_norm"), self.max_gradient_norm, 1e-6, 1e9)
+        plan::check("evaluator", self)?;
+        whole("evaluator.warmup", self.warmup, 0, self.iterations)
     }
 
     /// Returns the learning rate at an iteration (counted from 0).

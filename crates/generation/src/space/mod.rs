@@ -9,14 +9,15 @@ use crate::representation::{FeatureMatrix, RepresentationSpec};
 use basis::Basis;
 
 /// The kind of tokens.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields, tag = "kind")]
 pub enum SpaceKind {
     /// Every row is a token (MDM).
     Frames,
     /// Control points of cubic B-splines, fitted by least squares.
     Spline {
-        /// Time between knots (s); stretched a little so that a motion is a whole number of spans.
+        /// Time between knots, stretched a little so that a motion is a whole number of spans (s).
+        #[schemars(extend("unit" = "s"), range(min = 0.05, max = 2.0))]
         knot_seconds: f64,
     },
 }

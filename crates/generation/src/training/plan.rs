@@ -4,67 +4,89 @@ use std::path::PathBuf;
 
 use lifelike_nn::schedules::cosine;
 use lifelike_nn::transformer::encoder::EncoderSizes;
-use lifelike_train::limits::{range, whole, wrong};
+use lifelike_train::limits::wrong;
+use lifelike_train::plan;
 
 use crate::GenerationError;
 use crate::space::SpaceKind;
 
 /// A training of a generator. The defaults train within an hour on two cores on 8 h of motion.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct GeneratorPlan {
-    /// A built-in robot's name, or its MJCF or URDF file.
+    /// Robot: a built-in name, or an MJCF or URDF file.
     pub robot: String,
-    /// Captioned motion: folders with a `dataset.jsonl`; clips without one are captioned by their container, or their
-    /// name.
+    /// Captioned motion: folders with a `dataset.jsonl`; other clips are captioned by their container or name.
     pub clips: Vec<PathBuf>,
-    /// Key of all randomness.
+    /// Seed of everything random.
+    #[schemars(extend("unit" = "1"))]
     pub seed: u64,
     /// Kind of the tokens.
     pub space: SpaceKind,
-    /// Motion beyond this is cut off (s).
+    /// Length at which motion is cropped (s).
+    #[schemars(extend("unit" = "s"), range(min = 0.5, max = 60.0))]
     pub max_seconds: f64,
-    /// D: diffusion steps.
+    /// Number D of diffusion steps.
+    #[schemars(extend("unit" = "1"), range(min = 2, max = 10_000))]
     pub diffusion_steps: usize,
-    /// c: numbers of a token.
+    /// Size c of a token.
+    #[schemars(extend("unit" = "1"), range(min = 2, max = 4096))]
     pub width: usize,
-    /// Layers.
+    /// Number of layers.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 64))]
     pub layers: usize,
-    /// Heads of a layer.
+    /// Number of attention heads of a layer; a divisor of the width.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 256))]
     pub heads: usize,
     /// Inner width of the feed-forward part.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 1u64 << 16))]
     pub inner: usize,
-    /// Most word pieces that are learned on the captions.
+    /// Largest number of word pieces that are learned on the captions.
+    #[schemars(extend("unit" = "1"), range(min = 100, max = 1u64 << 20))]
     pub pieces: usize,
-    /// True if the network sees how long the motion is.
+    /// The network sees the duration of the motion.
     pub duration: bool,
-    /// Weight of the joints' velocities in the loss of [`SpaceKind::Spline`] (rows hold them already): squared errors
-    /// of differences of neighbouring control points, each in that difference's own variance. A limb that swings fast
-    /// and little (a hand that waves) counts as much as its place.
+    /// Weight of joint velocities in the loss of the space `spline`; rows contain them already.
+    ///
+    /// Squared errors of differences of neighbouring control points, each in that difference's own variance. A limb
+    /// that swings fast and little (a hand that waves) counts as much as its place.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 1e6))]
     pub velocity_weight: f64,
     /// Share of motions that are shown without their caption, for classifier-free guidance.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 1.0))]
     pub condition_dropout: f64,
-    /// Motions of one iteration.
+    /// Motions per iteration.
+    #[schemars(extend("unit" = "motions"), range(min = 1, max = 1u64 << 16))]
     pub batch: usize,
-    /// Motions that pass through the network at once on one core. In parts of another size gradients are the same up to
-    /// rounding, which is why this belongs to the plan.
+    /// Motions that pass through the network at once on one core.
+    ///
+    /// In parts of another size gradients are the same up to rounding, which is why this belongs to the plan.
+    #[schemars(extend("unit" = "motions"), range(min = 1, max = 1u64 << 16))]
     pub part: usize,
-    /// Iterations.
+    /// Training iterations.
+    #[schemars(extend("unit" = "iterations"), range(min = 1, max = 1u64 << 40))]
     pub iterations: u64,
-    /// Wall time after which the training ends (minutes); none: only the iterations count.
+    /// Wall time after which the training ends; none: only the iterations count (min).
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "min"), range(min = 0.01, max = 1e6))]
     pub minutes: Option<f64>,
-    /// The largest learning rate.
+    /// Largest learning rate.
+    #[schemars(extend("unit" = "1"), range(min = 1e-9, max = 10.0))]
     pub learning_rate: f64,
     /// Iterations over which the learning rate rises linearly from 0.
+    #[schemars(extend("unit" = "iterations"), range(min = 0, max = 1u64 << 40))]
     pub warmup: u64,
     /// Share of the learning rate that is left at the end of a cosine; 1 keeps it constant.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 1.0))]
     pub final_learning_rate: f64,
-    /// Gradients are scaled down to this norm.
+    /// Norm to which gradients are scaled down.
+    #[schemars(extend("unit" = "1"), range(min = 1e-9, max = 1e9))]
     pub max_gradient_norm: f64,
-    /// Rate of the weights' moving average.
+    /// Decay of the weights' moving average.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 1.0))]
     pub ema: f64,
     /// Iterations between two validations and checkpoints.
+    #[schemars(extend("unit" = "iterations"), range(min = 1, max = 1u64 << 40))]
     pub validate_every: u64,
 }
 
@@ -105,34 +127,12 @@ impl GeneratorPlan {
     /// # Errors
     /// The first key out of range.
     pub fn check(&self) -> Result<(), GenerationError> {
-        if let SpaceKind::Spline { knot_seconds } = self.space {
-            range("space.knot_seconds", knot_seconds, 0.05, 2.0)?;
-        }
-        range("max_seconds", self.max_seconds, 0.5, 60.0)?;
-        whole("diffusion_steps", self.diffusion_steps as u64, 2, 10_000)?;
-        whole("width", self.width as u64, 2, 4096)?;
-        whole("layers", self.layers as u64, 1, 64)?;
-        whole("heads", self.heads as u64, 1, 256)?;
+        plan::check("", self)?;
         if !self.width.is_multiple_of(self.heads) || !self.width.is_multiple_of(2) {
             let expected = format!("a divisor of the width {}, which is even", self.width);
             return Err(wrong("heads", &expected, self.heads).into());
         }
-        whole("inner", self.inner as u64, 1, 1 << 16)?;
-        whole("pieces", self.pieces as u64, 100, 1 << 20)?;
-        range("velocity_weight", self.velocity_weight, 0.0, 1e6)?;
-        range("condition_dropout", self.condition_dropout, 0.0, 1.0)?;
-        whole("batch", self.batch as u64, 1, 1 << 16)?;
-        whole("part", self.part as u64, 1, 1 << 16)?;
-        whole("iterations", self.iterations, 1, 1 << 40)?;
-        if let Some(minutes) = self.minutes {
-            range("minutes", minutes, 0.01, 1e6)?;
-        }
-        range("learning_rate", self.learning_rate, 1e-9, 10.0)?;
-        whole("warmup", self.warmup, 0, 1 << 40)?;
-        range("final_learning_rate", self.final_learning_rate, 0.0, 1.0)?;
-        range("max_gradient_norm", self.max_gradient_norm, 1e-9, 1e9)?;
-        range("ema", self.ema, 0.0, 1.0)?;
-        Ok(whole("validate_every", self.validate_every, 1, 1 << 40)?)
+        Ok(())
     }
 
     /// Returns the transformer's sizes.

@@ -15,6 +15,7 @@ use crate::commands::eval::Job;
 use crate::commands::judge::Judge;
 use crate::commands::physics::{self, Physics};
 use crate::commands::train::driver::Driver;
+use crate::commands::train::keys;
 use crate::commands::train::source::Source;
 use crate::error::CliError;
 use crate::next::NextCommand;
@@ -58,6 +59,9 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    if keys::describe::<AlignPlan>(&args.source, output)? {
+        return Ok(());
+    }
     let mut source = args.source.clone();
     if !source.resume {
         source.plan.get_or_insert_with(|| PLAN.into());

@@ -1,7 +1,7 @@
 //! `lifelike cotrain`: generator, tracker and critic improve each other (thesis 5.3.3).
 
 mod measure;
-mod plan;
+pub(crate) mod plan;
 mod progress;
 mod stages;
 
@@ -13,6 +13,7 @@ use self::plan::CotrainPlan;
 use self::progress::Done;
 use self::stages::Stages;
 use crate::commands::physics::Physics;
+use crate::commands::train::keys;
 use crate::commands::train::source::Source;
 use crate::error::CliError;
 use crate::next::NextCommand;
@@ -51,6 +52,9 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    if keys::describe::<CotrainPlan>(&args.source, output)? {
+        return Ok(());
+    }
     let mut source = args.source.clone();
     if !source.resume {
         source.plan.get_or_insert_with(|| PLAN.into());

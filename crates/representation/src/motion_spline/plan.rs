@@ -4,30 +4,37 @@ use std::path::PathBuf;
 
 use crate::RepresentationError;
 use crate::spline_transformer::{Method, SequencePlan};
-use lifelike_train::limits::{range, whole, wrong};
+use lifelike_train::limits::wrong;
+use lifelike_train::plan;
 
 /// A training of a [`super::MotionSpline`].
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MotionSplinePlan {
-    /// A built-in robot's name, or its MJCF or URDF file.
+    /// Robot: a built-in name, or an MJCF or URDF file.
     pub robot: String,
-    /// Clips to train on: files, folders, patterns. Captured motion and keyframes are retargeted to the robot.
+    /// Clips to train on: files, folders, patterns.
+    ///
+    /// Captured motion and keyframes are retargeted to the robot.
     pub clips: Vec<PathBuf>,
-    /// Learn from the mirror image of every clip too, by the robot's own symmetry.
+    /// Learning from the mirror image of every clip too, by the robot's own symmetry.
     #[serde(default)]
     pub mirror: bool,
-    /// Clips that the loss is watched on.
+    /// Clips on which the loss is reported during training.
     #[serde(default)]
     pub validation: Vec<PathBuf>,
-    /// Clips of the errors at the end. Never trained on.
+    /// Clips of the errors at the end, never trained on.
     #[serde(default)]
     pub test: Vec<PathBuf>,
-    /// Frames per second that the network sees. Whatever is faster than half of it is detail, which editing carries along.
+    /// Frame rate of the network's motion (Hz).
+    ///
+    /// Whatever is faster than half of it is detail, which editing carries along.
     #[serde(default = "frame_rate")]
+    #[schemars(extend("unit" = "Hz"), range(min = 1.0, max = 1000.0))]
     pub frame_rate: f64,
-    /// Frames of one segment, so of one curve.
+    /// Frames of one segment, which is one curve.
     #[serde(default = "frames")]
+    #[schemars(extend("unit" = "frames"), range(min = 8, max = 4096))]
     pub frames: usize,
     /// Network and training.
     #[serde(default)]
@@ -48,8 +55,7 @@ impl MotionSplinePlan {
     /// # Errors
     /// The first key out of range.
     pub fn check(&self) -> Result<(), RepresentationError> {
-        range("frame_rate", self.frame_rate, 1.0, 1000.0)?;
-        whole("frames", self.frames as u64, 8, 4096)?;
+        plan::check("", self)?;
         if self.training.method != Method::Spline {
             return Err(
                 wrong("training.method", "spline: the others have no control points", self.training.method).into()

@@ -18,8 +18,6 @@ use crate::RepresentationError;
 pub trait PriorKind: Clone + Debug + Sized {
     /// `kind` of its files.
     const NAME: &'static str;
-    /// Table of a training plan that chooses it.
-    const TABLE: &'static str;
     /// Name in messages, with its article.
     const TITLE: &'static str;
     /// Settings of the network and of its training.

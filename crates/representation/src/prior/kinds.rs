@@ -1,21 +1,22 @@
 //! The list of kinds of motion priors, at the end of this file: a kind is a folder that implements [`PriorKind`] and
 //! one line there.
 
+use std::path::PathBuf;
+
 use lifelike_checkpoint::Checkpoint;
-use serde::Serialize;
-use serde::de::MapAccess;
-use serde::ser::SerializeStruct;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::kind::{KindPlan, PriorData, PriorKind, WithTrainer};
 use super::spline::SplineCoder;
-use super::vae::MotionVae;
+use super::vae::{MotionVae, VaePlan};
 use super::window_plan::WindowPlan;
 use crate::RepresentationError;
 use crate::components::Components;
 
 /// Writes [`PriorPlan`] and [`Coder`], one variant for each kind, and passes their calls on.
 macro_rules! kinds {
-    ($($(#[$doc:meta])* $variant:ident: $kind:ty,)+) => {
+    ($($(#[$doc:meta])* $variant:ident: $kind:ty, $table:ident;)+) => {
         /// Plan of a motion prior: which kind it is, and its settings.
         #[derive(Debug, Clone, PartialEq, Serialize)]
         #[serde(untagged)]
@@ -24,9 +25,6 @@ macro_rules! kinds {
         }
 
         impl PriorPlan {
-            /// Tables of training plans and the kinds that they choose.
-            pub const TABLES: &[(&str, &str)] = &[$((<$kind>::TABLE, <$kind>::TITLE)),+];
-
             /// Returns the `kind` of the file of such a prior.
             pub fn kind(&self) -> &'static str {
                 match self {
@@ -93,20 +91,53 @@ macro_rules! kinds {
                 })+
                 Ok(None)
             }
+        }
 
-            /// Reads the value of a training plan's key, where that is the table of a kind.
-            pub(super) fn next_value<'de, A: MapAccess<'de>>(key: &str, map: &mut A) -> Result<Option<Self>, A::Error> {
-                $(if key == <$kind>::TABLE {
-                    return map.next_value().map(|plan| Some(Self::$variant(plan)));
-                })+
-                Ok(None)
+        /// A training run of a motion prior, as its TOML file has it: one table chooses the kind.
+        #[derive(Default, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub(super) struct Written {
+            /// Robot: a built-in name, or an MJCF or URDF file.
+            pub robot: String,
+            /// Clips to train on: files, folders, patterns.
+            ///
+            /// Captured motion and keyframes are retargeted to the robot.
+            pub clips: Vec<PathBuf>,
+            /// Learning from the mirror image of every training clip too, by the robot's own symmetry.
+            #[serde(default)]
+            pub mirror: bool,
+            /// Clips that only measure the reconstruction, in place of the share `held_out`.
+            ///
+            /// They and others of their names are never trained on.
+            #[serde(default)]
+            pub validation: Vec<PathBuf>,
+            $(
+                $(#[$doc])*
+                #[serde(default, skip_serializing_if = "Option::is_none")]
+                $table: Option<<$kind as PriorKind>::Plan>,
+            )+
+        }
+
+        impl Written {
+            /// Takes the prior out of the table of its kind; without any it is a β-VAE with all defaults.
+            pub(super) fn take_prior(&mut self) -> Result<PriorPlan, String> {
+                let tables = [$(self.$table.take().map(PriorPlan::from)),+];
+                let mut chosen = tables.into_iter().flatten();
+                let prior = chosen.next().unwrap_or_else(|| VaePlan::default().into());
+                if chosen.next().is_some() {
+                    let tables = [$(format!("[{}] ({})", stringify!($table), <$kind>::TITLE)),+].join(", ");
+                    return Err(format!("expected one table of {tables}, got two"));
+                }
+                Ok(prior)
             }
 
-            /// Writes the table of a training plan.
-            pub(super) fn serialize_into<S: SerializeStruct>(&self, plan: &mut S) -> Result<(), S::Error> {
-                match self {
-                    $(Self::$variant(own) => plan.serialize_field(<$kind>::TABLE, own),)+
+            /// Returns a run with a prior in the table of its kind, and all else empty.
+            pub(super) fn with_prior(prior: PriorPlan) -> Self {
+                let mut written = Self::default();
+                match prior {
+                    $(PriorPlan::$variant(plan) => written.$table = Some(plan),)+
                 }
+                written
             }
         }
 
@@ -168,9 +199,9 @@ macro_rules! kinds {
 
 kinds! {
     /// The convolutional β-VAE of thesis 4.2.1.
-    Vae: MotionVae,
+    Vae: MotionVae, prior;
     /// The Spline-based Transformer of chapter 3.
-    Spline: SplineCoder,
+    Spline: SplineCoder, spline;
     /// Principal components, the plain baseline.
-    Pca: Components,
+    Pca: Components, pca;
 }

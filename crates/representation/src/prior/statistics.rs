@@ -3,26 +3,30 @@
 use lifelike_checkpoint::{Checkpoint, CheckpointError};
 use lifelike_motion::{FeatureLayout, Frame};
 
-use crate::RepresentationError;
 use crate::standardizer::{Moments, Standardizer};
-use lifelike_train::limits::range;
 
 /// Smallest standard deviations to divide by. A joint that hardly moves in the data would otherwise turn tiny errors
 /// into the largest term of the loss. They are about a fiftieth to a tenth of what walking shows.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct StdFloors {
     /// Root height (m).
+    #[schemars(extend("unit" = "m"), range(min = 1e-6, max = 1e3))]
     pub height: f64,
     /// Root linear velocity (m/s).
+    #[schemars(extend("unit" = "m/s"), range(min = 1e-6, max = 1e3))]
     pub linear_velocity: f64,
     /// Root angular velocity (rad/s).
+    #[schemars(extend("unit" = "rad/s"), range(min = 1e-6, max = 1e3))]
     pub angular_velocity: f64,
     /// Joint position (rad).
+    #[schemars(extend("unit" = "rad"), range(min = 1e-6, max = 1e3))]
     pub joint_position: f64,
     /// Joint velocity (rad/s).
+    #[schemars(extend("unit" = "rad/s"), range(min = 1e-6, max = 1e3))]
     pub joint_velocity: f64,
     /// End-effector position (m).
+    #[schemars(extend("unit" = "m"), range(min = 1e-6, max = 1e3))]
     pub effector: f64,
 }
 
@@ -40,15 +44,6 @@ impl Default for StdFloors {
 }
 
 impl StdFloors {
-    pub(super) fn check(&self) -> Result<(), RepresentationError> {
-        range("floors.height", self.height, 1e-6, 1e3)?;
-        range("floors.linear_velocity", self.linear_velocity, 1e-6, 1e3)?;
-        range("floors.angular_velocity", self.angular_velocity, 1e-6, 1e3)?;
-        range("floors.joint_position", self.joint_position, 1e-6, 1e3)?;
-        range("floors.joint_velocity", self.joint_velocity, 1e-6, 1e3)?;
-        Ok(range("floors.effector", self.effector, 1e-6, 1e3)?)
-    }
-
     /// Returns the floor of every feature; orientation's is 0, it is never normalised.
     fn of(&self, layout: &FeatureLayout) -> Vec<f64> {
         let mut floors = vec![0.0; layout.size()];

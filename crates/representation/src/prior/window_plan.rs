@@ -4,7 +4,7 @@ use lifelike_motion::window::WindowSpec;
 
 use super::statistics::StdFloors;
 use crate::RepresentationError;
-use lifelike_train::limits::{range, whole};
+use lifelike_train::plan;
 
 /// Settings that priors of every kind have in common.
 ///
@@ -17,19 +17,28 @@ use lifelike_train::limits::{range, whole};
 /// assert_eq!(longer.window().dt, 2.0 / 60.0);
 /// assert!(WindowPlan { half_width: 0, ..WindowPlan::default() }.check().is_err());
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct WindowPlan {
-    /// Key of the choice of clips that are set aside.
+    /// Seed of the choice of clips that are held out.
+    #[schemars(extend("unit" = "1"))]
     pub seed: u64,
-    /// Frames per second of the clips' frames (the control rate).
+    /// Frame rate of the clips' frames, the control rate (Hz).
+    #[schemars(extend("unit" = "Hz"), range(min = 1.0, max = 1000.0))]
     pub frame_rate: f64,
     /// W of eq. 4.2: a window has 2W + 1 samples.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 500))]
     pub half_width: usize,
-    /// Time that a window covers (s). The thesis' 61 frames cover 1 s, so samples stand 1/60 s apart. Frames at
-    /// another rate (50 Hz here) are interpolated at t + k/60 s for k = -30..30, rotations by slerp.
+    /// Time that a window covers (s).
+    ///
+    /// The thesis' 61 frames cover 1 s, so samples are 1/60 s apart. Frames at another rate (50 Hz here) are
+    /// interpolated at t + k/60 s for k = -30..30, rotations by slerp.
+    #[schemars(extend("unit" = "s"), range(min = 0.02, max = 20.0))]
     pub window_seconds: f64,
-    /// Part of the clips set aside for the report by [`super::split`].
+    /// Share of the clips that is held out for the report.
+    ///
+    /// Chosen by [`super::split`].
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 0.9))]
     pub held_out: f64,
     /// Smallest standard deviations that features are divided by.
     pub floors: StdFloors,
@@ -48,11 +57,7 @@ impl WindowPlan {
     /// # Errors
     /// The first key out of range.
     pub fn check(&self) -> Result<(), RepresentationError> {
-        range("frame_rate", self.frame_rate, 1.0, 1000.0)?;
-        whole("half_width", self.half_width as u64, 1, 500)?;
-        range("window_seconds", self.window_seconds, 0.02, 20.0)?;
-        range("held_out", self.held_out, 0.0, 0.9)?;
-        self.floors.check()
+        Ok(plan::check("", self)?)
     }
 
     /// Returns the window in time.

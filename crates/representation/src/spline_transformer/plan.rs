@@ -10,10 +10,13 @@ use lifelike_nn::transformer::{AutoencoderConfig, LatentTokens};
 
 use super::spread::Spread;
 use crate::RepresentationError;
-use lifelike_train::limits::{range, whole, wrong};
+use lifelike_train::limits::{whole, wrong};
+use lifelike_train::plan;
 
 /// The thesis' method and what it is compared with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
     /// Four control points of one cubic Bézier curve.
@@ -85,45 +88,67 @@ impl FromStr for Method {
 }
 
 /// Settings of a sequence autoencoder. The crate `lifelike-sequences` has the thesis' for each of its experiments.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SequencePlan {
-    /// Key of all randomness of weights and batches.
+    /// Seed of weights and batches.
+    #[schemars(extend("unit" = "1"))]
     pub seed: u64,
     /// Kind of the decoder's tokens.
     pub method: Method,
-    /// d: numbers of a latent control point.
+    /// Size d of a latent control point.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 4096))]
     pub latent: usize,
-    /// n: blocks of encoder and of decoder.
+    /// Number n of blocks of the encoder, and of the decoder.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 64))]
     pub layers: usize,
-    /// h: heads of a block.
+    /// Number h of attention heads of a block; a divisor of the width.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 256))]
     pub heads: usize,
-    /// c: numbers of a token.
+    /// Size c of a token.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 4096))]
     pub width: usize,
-    /// FFN: inner width of the feed-forward part by `width`.
+    /// Inner width of the feed-forward part, as a multiple of `width`.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 16))]
     pub factor: usize,
-    /// Sequences of one iteration.
+    /// Sequences per iteration.
+    #[schemars(extend("unit" = "sequences"), range(min = 1, max = 1u64 << 16))]
     pub batch: usize,
-    /// Sequences that pass through the network at once. A batch of 1024 curves at once would need gigabytes. In parts
-    /// it gives the same gradient up to rounding, which is why this belongs to the plan.
+    /// Sequences that pass through the network at once.
+    ///
+    /// A batch of 1024 curves at once would need gigabytes. In parts it gives the same gradient up to rounding, which
+    /// is why this belongs to the plan.
+    #[schemars(extend("unit" = "sequences"), range(min = 1, max = 1u64 << 16))]
     pub part: usize,
-    /// Iterations, over which the learning rate falls to 0 along a cosine. The thesis does not say how many.
+    /// Training iterations, over which the learning rate falls to 0 along a cosine.
+    ///
+    /// The thesis does not give their number.
+    #[schemars(extend("unit" = "iterations"), range(min = 1, max = 1u64 << 40))]
     pub iterations: u64,
-    /// The thesis' RAdam; Adam for runs of a few hundred iterations, most of which RAdam's own warm-up would take. Or
-    /// Muon, which gets as far as Adam in about a third of the iterations.
+    /// Optimizer: the thesis' RAdam, Adam, or Muon.
+    ///
+    /// Adam suits runs of a few hundred iterations, most of which RAdam's own warm-up would take. Muon gets as far as
+    /// Adam in about a third of the iterations.
     pub optimizer: Rule,
-    /// The largest learning rate.
+    /// Largest learning rate.
+    #[schemars(extend("unit" = "1"), range(min = 1e-9, max = 10.0))]
     pub learning_rate: f64,
-    /// Iterations over which the learning rate rises linearly from 0 (none in the thesis). Our fix for 3.3.5's collapse.
+    /// Iterations over which the learning rate rises linearly from 0.
+    ///
+    /// None in the thesis. Our fix for 3.3.5's collapse.
+    #[schemars(extend("unit" = "iterations"))]
     pub warmup: u64,
-    /// Gradients are scaled down to this norm; without it they are not clipped, as in the thesis.
+    /// Norm to which gradients are scaled down; without it they are not clipped, as in the thesis.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "1"), range(min = 1e-9, max = 1e9))]
     pub max_gradient_norm: Option<f64>,
-    /// Our other fix: a penalty on control points that come close to each other; none in the thesis. Without effect on the
-    /// baselines, which have one control point.
+    /// Penalty on control points that come close to each other; none in the thesis.
+    ///
+    /// Our other fix. Without effect on the baselines, which have one control point.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spread: Option<Spread>,
     /// Iterations between two evaluations of the validation set.
+    #[schemars(extend("unit" = "iterations"), range(min = 1, max = 1u64 << 40))]
     pub validate_every: u64,
 }
 
@@ -156,27 +181,11 @@ impl SequencePlan {
     /// # Errors
     /// The first key out of range.
     pub fn check(&self) -> Result<(), RepresentationError> {
-        whole("latent", self.latent as u64, 1, 4096)?;
-        whole("layers", self.layers as u64, 1, 64)?;
-        whole("heads", self.heads as u64, 1, 256)?;
-        whole("width", self.width as u64, 1, 4096)?;
+        plan::check("", self)?;
         if !self.width.is_multiple_of(self.heads) {
             return Err(wrong("heads", &format!("a divisor of the width {}", self.width), self.heads).into());
         }
-        whole("factor", self.factor as u64, 1, 16)?;
-        whole("batch", self.batch as u64, 1, 1 << 16)?;
-        whole("part", self.part as u64, 1, 1 << 16)?;
-        whole("iterations", self.iterations, 1, 1 << 40)?;
-        range("learning_rate", self.learning_rate, 1e-9, 10.0)?;
-        whole("warmup", self.warmup, 0, self.iterations)?;
-        if let Some(norm) = self.max_gradient_norm {
-            range("max_gradient_norm", norm, 1e-9, 1e9)?;
-        }
-        if let Some(spread) = self.spread {
-            range("spread.weight", spread.weight, 0.0, 1e6)?;
-            range("spread.floor", spread.floor, 1e-6, 1e6)?;
-        }
-        Ok(whole("validate_every", self.validate_every, 1, 1 << 40)?)
+        Ok(whole("warmup", self.warmup, 0, self.iterations)?)
     }
 
     /// Returns the learning rate at an iteration (counted from 0): a cosine from the first iteration to the last

@@ -6,12 +6,14 @@
 //! fade as s goes to 0. Points that have nearly met are therefore driven apart as hard as those that begin to.
 
 /// Weight and floor of the penalty on close control points.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Spread {
-    /// The penalty's weight beside the mean squared error.
+    /// Weight of the penalty beside the mean squared error.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 1e6))]
     pub weight: f64,
-    /// The s from which on nothing is penalised.
+    /// Spread s of control points from which on nothing is penalised.
+    #[schemars(extend("unit" = "1"), range(min = 1e-6, max = 1e6))]
     pub floor: f64,
 }
 

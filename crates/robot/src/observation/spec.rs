@@ -7,43 +7,52 @@ use crate::error::RobotError;
 use crate::robot::Robot;
 
 /// Parts of the reference that the policy sees (c_t of thesis 4.2.2).
-#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReferenceSpec {
-    /// The frame to reach, m_{t+1} (input M of Table 4.3).
+    /// The policy sees the reference frame to reach, m_{t+1} (input M of Table 4.3).
     pub frame: bool,
-    /// Frames further ahead, as offsets from t in policy steps (inputs M5, M10 of Table 4.3); none in the thesis' own.
+    /// Frames further ahead that it sees, as offsets from t (inputs M5, M10 of Table 4.3; policy steps).
     #[serde(default)]
+    #[schemars(extend("unit" = "policy steps"), inner(range(min = 1, max = 1000)))]
     pub future: Vec<u32>,
     /// Size of the latent code z_t (input L of Table 4.3); 0: none.
     #[serde(default)]
+    #[schemars(extend("unit" = "1"), range(min = 0))]
     pub latent: usize,
-    /// Frames around t+1, as offsets from it in policy steps, before and after: what an encoder that is trained with the
-    /// policy sees (the end-to-end codes of Table 4.2); empty: none.
+    /// Frames around t+1 that an encoder trained with the policy sees, as offsets from it (policy steps).
+    ///
+    /// These are the end-to-end codes of Table 4.2.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(extend("unit" = "policy steps"), inner(range(min = -1000, max = 1000)))]
     pub window: Vec<i32>,
-    /// Further parts by name, of those that a policy sees only where it asks for them.
+    /// Further parts of the observation that it sees, by name.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<String>,
-    /// The whole observation, part by part in this order, for the layouts of other stacks. It takes the place of everything that
-    /// is said elsewhere about inputs; empty: the layout of the thesis.
+    /// The whole observation by its parts, in order: the layout of another stack.
+    ///
+    /// It takes the place of everything that is said elsewhere about inputs; empty: the layout of the thesis.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub terms: Vec<String>,
-    /// The body whose pose `anchor_position_b` and `anchor_orientation_b` compare; empty: the root.
+    /// Body whose pose `anchor_position_b` and `anchor_orientation_b` compare; empty: the root.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub anchor_body: String,
 }
 
 /// Inputs that tell where the robot is against where the reference is. All off in the thesis, whose policies let path
 /// and heading drift.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AnchorSpec {
-    /// Sine and cosine of the reference's heading against the robot's, within ±[`ObservationSpec::ANCHOR_TURN`].
+    /// The policy sees the reference's heading against its own.
+    ///
+    /// Sine and cosine, within ±[`ObservationSpec::ANCHOR_TURN`].
     #[serde(default)]
     pub heading: bool,
-    /// Position of the reference's root on the ground, in the robot's heading frame (2 numbers, m; brought nearer where
-    /// it is further than [`ObservationSpec::ANCHOR_REACH`]).
+    /// The policy sees the reference's place on the ground against its own.
+    ///
+    /// Position of the reference's root in the robot's heading frame (2 numbers, m), clipped to the norm
+    /// [`ObservationSpec::ANCHOR_REACH`].
     #[serde(default)]
     pub position: bool,
 }

@@ -15,15 +15,8 @@ type Assign = fn(&mut EnvironmentParameters, Vec<f32>);
 
 /// Meaning of the value `V` of a key in a plan.
 pub(super) trait Kind<V> {
-    /// Unit of the value.
-    fn unit(&self) -> &'static str {
-        "1"
-    }
-
-    /// Adds key, unit and meaning; of each part where the value is a table.
-    fn keys(&self, name: &str, meaning: &str, keys: &mut Vec<(String, &'static str, String)>) {
-        keys.push((name.into(), self.unit(), meaning.trim().into()));
-    }
+    /// Puts unit and range of the value into the schema of its key.
+    fn declare(&self, key: &mut schemars::Schema);
 
     /// Refuses a value out of range, naming its key.
     fn check(&self, name: &str, value: &V) -> Result<(), SimError>;
@@ -77,8 +70,14 @@ impl Deviation {
 }
 
 impl Kind<f64> for Deviation {
-    fn unit(&self) -> &'static str {
-        self.limit.map_or("1", |(_, unit)| unit)
+    fn declare(&self, key: &mut schemars::Schema) {
+        let (limit, unit, most) = match self.limit {
+            None => (1.0, "1", "exclusiveMaximum"),
+            Some((limit, unit)) => (limit, unit, "maximum"),
+        };
+        key.insert("unit".into(), unit.into());
+        key.insert("minimum".into(), 0.0.into());
+        key.insert(most.into(), limit.into());
     }
 
     fn check(&self, name: &str, value: &f64) -> Result<(), SimError> {
@@ -103,13 +102,25 @@ impl Kind<f64> for Deviation {
     }
 }
 
+/// Least friction.
+const LEAST_FRICTION: f64 = 1e-3;
+
 /// Frictions from a range.
 pub(super) struct FrictionRange(pub Count, pub Assign);
 
 impl Kind<Option<[f64; 2]>> for FrictionRange {
+    fn declare(&self, key: &mut schemars::Schema) {
+        key.insert("unit".into(), "1".into());
+        if let Some(items) = key.get_mut("items") {
+            items["minimum"] = LEAST_FRICTION.into();
+        }
+    }
+
     fn check(&self, name: &str, value: &Option<[f64; 2]>) -> Result<(), SimError> {
         match value {
-            Some(range) if !ordered(*range, 1e-3) => refused(name, "as [least, greatest], at least 0.001", range),
+            Some(range) if !ordered(*range, LEAST_FRICTION) => {
+                refused(name, "as [least, greatest], at least 0.001", range)
+            }
             _ => Ok(()),
         }
     }
@@ -136,11 +147,8 @@ impl Kind<Option<[f64; 2]>> for FrictionRange {
 pub(super) struct Pushes;
 
 impl Kind<Option<PushSpec>> for Pushes {
-    fn keys(&self, name: &str, _: &str, keys: &mut Vec<(String, &'static str, String)>) {
-        for (part, unit, meaning) in PushSpec::KEYS {
-            keys.push((format!("{name}.{part}"), *unit, (*meaning).into()));
-        }
-    }
+    /// [`PushSpec`] declares its own.
+    fn declare(&self, _: &mut schemars::Schema) {}
 
     fn check(&self, name: &str, value: &Option<PushSpec>) -> Result<(), SimError> {
         let Some(pushes) = value else { return Ok(()) };

@@ -8,30 +8,23 @@ use crate::error::SimError;
 use crate::simulation::Simulation;
 
 /// Random pushes "on the root, head, hands, and feet" (thesis 4.2.2; the numbers are ours).
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PushSpec {
-    /// The parts that are pushed; those that a robot lacks are left out.
+    /// Parts of the body that are pushed; those that a robot lacks are left out.
     pub roles: Vec<Role>,
-    /// Largest force, in units of the robot's weight.
+    /// Largest force of a push, by the robot's weight.
+    #[schemars(extend("unit" = "weight"), range(min = 0.0))]
     pub force: f64,
-    /// Largest torque, in units of the robot's weight times one metre.
+    /// Largest torque of a push, by the robot's weight times one metre.
+    #[schemars(extend("unit" = "weight · m"), range(min = 0.0))]
     pub torque: f64,
     /// Least and greatest duration of a push (s).
+    #[schemars(extend("unit" = "s"), inner(range(min = 0.0)))]
     pub duration: [f64; 2],
     /// Least and greatest pause between pushes (s).
+    #[schemars(extend("unit" = "s"), inner(range(min = 0.0)))]
     pub interval: [f64; 2],
-}
-
-impl PushSpec {
-    /// Key, unit and meaning of every value.
-    pub(super) const KEYS: &'static [(&'static str, &'static str, &'static str)] = &[
-        ("roles", "", "the parts of the body that are pushed"),
-        ("force", "weight", "largest force of a push"),
-        ("torque", "weight · m", "largest torque of a push"),
-        ("duration", "s", "[least, greatest] duration of a push"),
-        ("interval", "s", "[least, greatest] pause between pushes"),
-    ];
 }
 
 impl Default for PushSpec {

@@ -18,7 +18,8 @@ use lifelike_checkpoint::rng::stream;
 use lifelike_report::run::RunFolder;
 use lifelike_robot::get_up::Key;
 use lifelike_robot::{GetUpScript, Robot};
-use lifelike_train::limits::wrong;
+use lifelike_train::limits::whole;
+use lifelike_train::plan;
 use lifelike_train::{Budget, Scalar, Schedule, TrainingTask};
 use rand_distr::{Distribution, StandardNormal};
 
@@ -37,28 +38,38 @@ const LEARNING: [f64; 2] = [0.7, 0.5];
 const LEAST: f64 = 0.01;
 
 /// Plan of a search.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GetUpPlan {
-    /// The robot: a name, or an MJCF or URDF file.
+    /// Robot: a built-in name, or an MJCF or URDF file.
     pub robot: String,
-    /// Script whose `lie` is kept and whose other stages begin the search: a TOML file, or the name of a robot that has one.
+    /// Script to begin with: a TOML file, or the name of a robot that has one.
+    ///
+    /// Its stage `lie` is kept.
     pub script: PathBuf,
-    /// Random seed.
+    /// Seed of everything random.
+    #[schemars(extend("unit" = "1"))]
     pub seed: u64,
     /// Seeds of the twins on which candidates are tried, beside the nominal robot.
+    #[schemars(extend("unit" = "1"))]
     pub twins: Vec<u64>,
     /// Candidates of an iteration.
+    #[schemars(extend("unit" = "1"), range(min = 4, max = 4096))]
     pub candidates: usize,
     /// Best candidates, which make the next mean.
+    #[schemars(extend("unit" = "1"), range(min = 2, max = 4096))]
     pub elites: usize,
     /// States from which each candidate is tried on each robot.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 64))]
     pub starts: usize,
     /// Standard deviation of the first poses, as a share of half of a joint's range.
+    #[schemars(extend("unit" = "1"), range(min = 1e-3, max = 1.0))]
     pub deviation: f64,
-    /// Iterations.
+    /// Iterations after which the search ends.
+    #[schemars(extend("unit" = "iterations"), range(min = 1, max = 1_000_000))]
     pub iterations: u64,
     /// Wall time after which the search ends (minutes).
+    #[schemars(extend("unit" = "min"), range(min = 0.0, max = 1e6))]
     pub minutes: Option<f64>,
 }
 
@@ -68,17 +79,9 @@ impl GetUpPlan {
     /// # Errors
     /// The first that is out of range.
     pub fn check(&self) -> Result<(), TrackerError> {
-        let within = |key: &str, value: f64, low: f64, high: f64| match (low..=high).contains(&value) {
-            true => Ok(()),
-            false => Err(wrong(key, &format!("a number from {low} to {high}"), value)),
-        };
-        within("candidates", self.candidates as f64, 4.0, 4096.0)?;
-        within("elites", self.elites as f64, 2.0, self.candidates as f64)?;
-        within("starts", self.starts as f64, 1.0, 64.0)?;
-        within("twins", self.twins.len() as f64, 0.0, 64.0)?;
-        within("deviation", self.deviation, 1e-3, 1.0)?;
-        within("iterations", self.iterations as f64, 1.0, 1e6)?;
-        Ok(())
+        plan::check("", self)?;
+        whole("elites", self.elites as u64, 2, self.candidates as u64)?;
+        Ok(whole("twins", self.twins.len() as u64, 0, 64)?)
     }
 }
 

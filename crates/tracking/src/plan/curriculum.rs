@@ -4,33 +4,37 @@ use crate::TrackerError;
 use lifelike_train::limits::{range, wrong};
 
 /// Ramps over environment steps; a difficulty that is not named has its full value from the start.
-#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Curriculum {
-    /// Share of the randomisation of the environments, from (usually) 0 to 1.
+    /// Share of `[randomization]` in force, usually from 0 to 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub randomization: Option<Ramp>,
-    /// Factor on the limits of termination: above 1 forgives more.
+    /// Factor on the limits of `[termination]`; above 1 forgives more.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub termination: Option<Ramp>,
-    /// Factor on the penalties of actions and torques.
+    /// Factor on the reward's penalties of actions and torques.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smoothness: Option<Ramp>,
 }
 
 /// A number that stays, moves in a straight line, and stays again.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ramp {
-    /// Its value until `begin`.
+    /// Value until `begin`.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 100.0))]
     pub from: f64,
-    /// Its value after `end`.
+    /// Value after `end`.
     #[serde(default = "one")]
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 100.0))]
     pub to: f64,
-    /// Environment steps at which it begins to move.
+    /// Environment steps at which the value begins to move (steps).
     #[serde(default)]
+    #[schemars(extend("unit" = "steps"))]
     pub begin: u64,
-    /// Environment steps at which it arrives.
+    /// Environment steps at which it arrives (steps).
+    #[schemars(extend("unit" = "steps"))]
     pub end: u64,
 }
 

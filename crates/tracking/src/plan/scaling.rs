@@ -7,10 +7,10 @@
 //! of the world and the sensors (terrain, noise) and choices (lengths of episodes, budgets) stay.
 
 use lifelike_robot::Robot;
-use lifelike_train::limits::range;
+use lifelike_train::plan::keys;
 use toml::{Table, Value};
 
-use super::{TrackerPlan, keys};
+use super::TrackerPlan;
 use crate::TrackerError;
 use crate::rewards::TERMS;
 
@@ -18,39 +18,23 @@ use crate::rewards::TERMS;
 const TABLES: [&str; 4] = ["reward", "termination", "rsi", "randomization"];
 
 /// The robot for which a plan's numbers were chosen; they are scaled from it to the plan's robot.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ScalingSpec {
-    /// False: numbers are taken as they stand, whatever the robot.
+    /// Scaling of `[reward]`, `[termination]`, `[rsi]` and `[randomization]` to the robot, each number by its unit.
     pub enabled: bool,
-    /// Length of its stretched leg, hip to ankle (m).
+    /// Length of the stretched leg, hip to ankle, of the robot that the numbers were chosen for (m).
+    #[schemars(extend("unit" = "m"), range(min = 1e-3, max = 1e3))]
     pub leg: f64,
-    /// Its mass (kg).
+    /// Mass of that robot (kg).
+    #[schemars(extend("unit" = "kg"), range(min = 1e-3, max = 1e6))]
     pub mass: f64,
-    /// Number of its joints.
+    /// Number of its joints, over which penalties are sums.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 10_000))]
     pub joints: usize,
 }
 
 impl ScalingSpec {
-    /// Key, unit and meaning of every value.
-    pub(super) const KEYS: &'static [(&'static str, &'static str, &'static str)] = &[
-        (
-            "scaling.enabled",
-            "",
-            "scale the numbers of [reward], [termination], [rsi] and [randomization] to the robot, each by its unit",
-        ),
-        ("scaling.leg", "m", "length of the leg, hip to ankle, of the robot that these numbers were chosen for"),
-        ("scaling.mass", "kg", "mass of that robot"),
-        ("scaling.joints", "", "number of its joints: what penalties, which are sums over joints, count for"),
-    ];
-
-    /// Checks the ranges.
-    pub(super) fn check(&self) -> Result<(), TrackerError> {
-        range("scaling.leg", self.leg, 1e-3, 1e3)?;
-        range("scaling.mass", self.mass, 1e-3, 1e6)?;
-        Ok(range("scaling.joints", self.joints as f64, 1.0, 1e4)?)
-    }
-
     /// Returns what the plan's numbers are multiplied with for a robot.
     pub fn factors(&self, robot: &Robot) -> Factors {
         match robot.leg_length() {
@@ -142,9 +126,9 @@ impl TrackerPlan {
             got,
         };
         let mut table = Table::try_from(self).map_err(|e| unreadable(e.to_string()))?;
-        for key in keys::keys().map_err(|e| unreadable(e.to_string()))? {
+        for key in keys::<Self>() {
             let path: Vec<&str> = key.key.split('.').collect();
-            if !TABLES.contains(&path[0]) {
+            if !TABLES.contains(&path[0]) || !key.number {
                 continue;
             }
             let sum = path[0] == "reward" && TERMS.iter().any(|term| term.penalty && path[1] == term.name);
@@ -186,8 +170,8 @@ mod tests {
 
     #[test]
     fn every_unit_of_the_scaled_tables_is_known() {
-        for key in keys::keys().unwrap() {
-            if TABLES.iter().any(|table| key.key.starts_with(&format!("{table}."))) {
+        for key in keys::<TrackerPlan>() {
+            if key.number && TABLES.iter().any(|table| key.key.starts_with(&format!("{table}."))) {
                 assert!(TWICE.of(&key.unit).is_some(), "{}: '{}'", key.key, key.unit);
             }
         }

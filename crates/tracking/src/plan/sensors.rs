@@ -1,45 +1,28 @@
 //! Settings of the sensor model: noise and delays.
 
-use lifelike_train::limits::{range, whole};
-
-use crate::TrackerError;
-
 /// Standard deviations of the noise on measurements, and the greatest delays. All zero by default.
-#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SensorSpec {
-    /// Noise on the six numbers of the root's orientation: about the angle (rad).
+    /// Noise on the root's orientation, standard deviation (rad).
+    #[schemars(extend("unit" = "rad"), range(min = 0.0, max = 10.0))]
     pub orientation_noise: f32,
-    /// Noise on the root's linear velocity (m/s).
+    /// Noise on the root's linear velocity, standard deviation (m/s).
+    #[schemars(extend("unit" = "m/s"), range(min = 0.0, max = 10.0))]
     pub linear_velocity_noise: f32,
-    /// Noise on the root's angular velocity (rad/s).
+    /// Noise on the root's angular velocity, standard deviation (rad/s).
+    #[schemars(extend("unit" = "rad/s"), range(min = 0.0, max = 10.0))]
     pub angular_velocity_noise: f32,
-    /// Noise on joint positions (rad).
+    /// Noise on joint positions, standard deviation (rad).
+    #[schemars(extend("unit" = "rad"), range(min = 0.0, max = 10.0))]
     pub joint_position_noise: f32,
-    /// Noise on joint velocities (rad/s).
+    /// Noise on joint velocities, standard deviation (rad/s).
+    #[schemars(extend("unit" = "rad/s"), range(min = 0.0, max = 10.0))]
     pub joint_velocity_noise: f32,
-    /// Greatest delay of measurements (policy steps); each episode draws its own.
+    /// Largest delay of measurements; each episode draws its own (policy steps).
+    #[schemars(extend("unit" = "policy steps"), range(min = 0, max = 50))]
     pub observation_delay: u32,
-    /// Greatest delay of joint targets on their way to the motors (policy steps); likewise.
+    /// Largest delay of joint targets; each episode draws its own (policy steps).
+    #[schemars(extend("unit" = "policy steps"), range(min = 0, max = 50))]
     pub action_delay: u32,
-}
-
-impl SensorSpec {
-    /// Checks that every value is in its range.
-    ///
-    /// # Errors
-    /// [`TrackerError::Plan`] with the key, the range and the value.
-    pub fn check(&self) -> Result<(), TrackerError> {
-        for (key, noise) in [
-            ("sensors.orientation_noise", self.orientation_noise),
-            ("sensors.linear_velocity_noise", self.linear_velocity_noise),
-            ("sensors.angular_velocity_noise", self.angular_velocity_noise),
-            ("sensors.joint_position_noise", self.joint_position_noise),
-            ("sensors.joint_velocity_noise", self.joint_velocity_noise),
-        ] {
-            range(key, noise.into(), 0.0, 10.0)?;
-        }
-        whole("sensors.observation_delay", self.observation_delay.into(), 0, 50)?;
-        Ok(whole("sensors.action_delay", self.action_delay.into(), 0, 50)?)
-    }
 }

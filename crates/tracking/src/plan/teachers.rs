@@ -8,13 +8,14 @@ use crate::TrackerError;
 use lifelike_train::limits::{PlanError, wrong};
 
 /// A policy to learn from, and what it teaches.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TeacherSpec {
     /// The folder of a run, a policy's file, or a controller's.
     pub policy: PathBuf,
-    /// Names of the clips that it teaches, or patterns of them (`walk*`); none: every clip. Of several teachers of a clip the first
-    /// one teaches it.
+    /// Names or patterns (`walk*`) of the clips that it teaches; none: every clip.
+    ///
+    /// The first of several teachers of a clip teaches it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub clips: Vec<String>,
 }

@@ -6,18 +6,23 @@ use crate::TrackerError;
 use lifelike_train::limits::range;
 
 /// A field of hills: level at one end, growing in height towards the other. Episodes begin anywhere in its middle half.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TerrainSpec {
     /// Length of a side (m).
+    #[schemars(extend("unit" = "m"), range(min = 1.0, max = 1000.0))]
     pub size: f64,
     /// Distance between neighbouring heights (m).
+    #[schemars(extend("unit" = "m"), range(min = 0.01, max = 1000.0))]
     pub spacing: f64,
     /// Height of the hills at the high end (m).
+    #[schemars(extend("unit" = "m"), range(min = 0.0, max = 10.0))]
     pub amplitude: f64,
     /// Longest wavelength of the hills (m).
+    #[schemars(extend("unit" = "m"), range(min = 0.04, max = 1000.0))]
     pub wavelength: f64,
     /// Seed of the field.
+    #[schemars(extend("unit" = "1"))]
     pub seed: u64,
 }
 
@@ -46,9 +51,7 @@ impl TerrainSpec {
     /// # Errors
     /// [`TrackerError::Plan`] with the key, the range and the value.
     pub fn check(&self) -> Result<(), TrackerError> {
-        range("terrain.size", self.size, 1.0, 1000.0)?;
         range("terrain.spacing", self.spacing, 0.01, self.size)?;
-        range("terrain.amplitude", self.amplitude, 0.0, 10.0)?;
         Ok(range("terrain.wavelength", self.wavelength, 4.0 * self.spacing, 1000.0)?)
     }
 }

@@ -5,27 +5,39 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
 /// Settings of reference-state initialization.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RsiSpec {
-    /// Share of beginnings drawn by failure rate; the rest is uniform. 0.7 helped a hard clip and hurt an easy one.
+    /// Share of beginnings drawn by failure rate; the rest is uniform over all frames.
+    ///
+    /// 0.7 helped a hard clip and hurt an easy one.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 1.0))]
     pub failure_share: f64,
     /// Smallest failure rate that counts, so that no segment is forgotten.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 1.0))]
     pub floor: f64,
     /// Weight of past iterations in the failure statistics.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 1.0))]
     pub memory: f64,
     /// Noise on joint positions, standard deviation (rad).
+    #[schemars(extend("unit" = "rad"), range(min = 0.0, max = 10.0))]
     pub joint_noise: f32,
-    /// Noise on the root's velocities, standard deviation (m/s and rad/s).
+    /// Noise on the root's velocities, standard deviation (m/s, rad/s).
+    #[schemars(extend("unit" = "m/s, rad/s"), range(min = 0.0, max = 10.0))]
     pub velocity_noise: f32,
     /// Offset from the reference on the ground, standard deviation on both axes (m).
+    #[schemars(extend("unit" = "m"), range(min = 0.0, max = 10.0))]
     pub path_noise: f32,
     /// Heading offset from the reference, standard deviation (rad).
+    #[schemars(extend("unit" = "rad"), range(min = 0.0, max = 10.0))]
     pub heading_noise: f32,
     /// Share of episodes that begin in the state of another frame than the one followed (thesis Algorithm 1, line 5).
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 1.0))]
     pub random_start_share: f64,
-    /// Share of episodes that begin at rest just above the ground. The state is between the followed frame and one that is
-    /// turned anyhow, with joints anywhere in their ranges.
+    /// Share of episodes that begin at rest on the ground, for learning to get up.
+    ///
+    /// The state is between the followed frame and one in any orientation, with joints anywhere in their ranges.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 1.0))]
     pub fallen_share: f64,
 }
 

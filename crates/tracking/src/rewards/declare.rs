@@ -1,12 +1,14 @@
 //! The macro by which [`terms`](super::terms) declares reward terms, and the kinds of terms.
 
 /// `weight · exp(−sharpness · error)`.
-#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Kernel {
-    /// Reward at no error.
+    /// Reward without error.
+    #[schemars(extend("unit" = "1"), range(min = -1e6, max = 1e6))]
     pub weight: f32,
     /// Decay with the squared error.
+    #[schemars(range(min = -1e6, max = 1e6))]
     pub sharpness: f32,
 }
 
@@ -104,6 +106,30 @@ pub(crate) fn limit<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result
     Ok(number.unwrap_or(f32::INFINITY))
 }
 
+/// Puts the units of all weights and kernels into the schema of a form, by the units of [`TERMS`](super::TERMS).
+pub(crate) fn put_units(form: &mut schemars::Schema) {
+    for term in super::TERMS {
+        let property = form.pointer_mut(&format!("/properties/{}", term.name)).and_then(|value| value.as_object_mut());
+        let Some(property) = property else { continue };
+        if let Some(sharpness) = property.get_mut("properties").and_then(|parts| parts.get_mut("sharpness")) {
+            sharpness["unit"] = per(term.unit).into();
+            continue;
+        }
+        // The thesis normalises squared errors.
+        property.insert("unit".into(), if term.kernel { "1".into() } else { per(term.unit).into() });
+        property.insert("minimum".into(), (-1e6).into());
+        property.insert("maximum".into(), 1e6.into());
+    }
+}
+
+fn per(unit: &str) -> String {
+    match unit {
+        "" => "1".into(),
+        unit if unit.contains([' ', '/']) => format!("1/({unit})"),
+        unit => format!("1/{unit}"),
+    }
+}
+
 /// Declares all terms: the settings of both forms, their values and [`TERMS`](super::TERMS).
 ///
 /// A declaration is `/// meaning`, `name: Kind, "unit" = default in the exponential form { thesis: f, exponential: g }`,
@@ -117,8 +143,9 @@ macro_rules! reward_terms {
         $name:ident: $kind:ident, $unit:literal = $default:expr, { thesis: $thesis:expr, exponential: $exponential:expr }
     )+) => {
         /// The thesis' form: weights of eqs. 4.6-4.8 (Table 4.1), and what makes them learnable with little data.
-        #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
         #[serde(deny_unknown_fields)]
+        #[schemars(transform = crate::rewards::declare::put_units)]
         pub struct ThesisReward {
             $(
                 $(#[doc = $doc])+
@@ -126,12 +153,14 @@ macro_rules! reward_terms {
                 pub $name: f32,
             )+
             /// Factor on the whole reward: brings it near one, which the value function learns sooner.
+            #[schemars(extend("unit" = "1"), range(min = -1e6, max = 1e6))]
             pub scale: f32,
             /// Squared norms of eq. 4.6: a sum over components (as written) or their mean.
             #[serde(default)]
             pub norm: Norm,
             /// Largest loss by one tracking term (before `scale`); `inf` is the thesis.
             #[serde(deserialize_with = "crate::rewards::declare::limit")]
+            #[schemars(extend("unit" = "1"))]
             pub term_limit: f32,
             /// Smallest standard deviations that errors are divided by.
             pub floors: Floors,
@@ -139,21 +168,22 @@ macro_rules! reward_terms {
 
         /// The exponential form. Errors over several joints or sites are MEANS of squares, so the same numbers serve
         /// robots with more or fewer of them.
-        #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
         #[serde(deny_unknown_fields, default)]
+        #[schemars(transform = crate::rewards::declare::put_units)]
         pub struct ExponentialReward {
             $(
                 $(#[doc = $doc])+
                 pub $name: <$kind as TermKind>::Setting,
             )+
             /// Weight of a squared angular velocity error against a linear one (m²).
+            #[schemars(extend("unit" = "m²"), range(min = -1e6, max = 1e6))]
             pub angular_share: f32,
         }
 
         /// All terms, in the order in which they are summed.
         pub const TERMS: &[Term] = &[$(Term {
             name: stringify!($name),
-            meaning: concat!($($doc),+),
             unit: $unit,
             penalty: <$kind as TermKind>::PENALTY,
             kernel: <$kind as TermKind>::KERNEL,

@@ -4,29 +4,25 @@ use lifelike_motion::FeatureLayout;
 
 /// Smallest standard deviations for normalising features: a data set of calm clips has tiny ones, whose squares punish
 /// every movement out of proportion. With `term_limit` and these floors the thesis' form learned on few clips.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Floors {
-    /// Root height (m).
+    /// Smallest standard deviation of the root's height (m).
+    #[schemars(extend("unit" = "m"), range(min = 0.0, max = 1e6))]
     pub height: f32,
-    /// Root velocities (m/s and rad/s).
+    /// Smallest standard deviation of the root's velocities (m/s, rad/s).
+    #[schemars(extend("unit" = "m/s, rad/s"), range(min = 0.0, max = 1e6))]
     pub velocity: f32,
-    /// Joint positions (rad).
+    /// Smallest standard deviation of a joint's position (rad).
+    #[schemars(extend("unit" = "rad"), range(min = 0.0, max = 1e6))]
     pub joint_position: f32,
-    /// Joint velocities (rad/s).
+    /// Smallest standard deviation of a joint's velocity (rad/s).
+    #[schemars(extend("unit" = "rad/s"), range(min = 0.0, max = 1e6))]
     pub joint_velocity: f32,
-    /// End-effector positions (m).
+    /// Smallest standard deviation of an end effector's position (m).
+    #[schemars(extend("unit" = "m"), range(min = 0.0, max = 1e6))]
     pub effectors: f32,
 }
-
-/// Key, unit and meaning of each floor.
-pub(super) const SETTINGS: &[(&str, &str, &str)] = &[
-    ("floors.height", "m", "thesis: smallest standard deviation of the root's height"),
-    ("floors.velocity", "m/s, rad/s", "thesis: smallest standard deviation of the root's velocities"),
-    ("floors.joint_position", "rad", "thesis: smallest standard deviation of a joint's position"),
-    ("floors.joint_velocity", "rad/s", "thesis: smallest standard deviation of a joint's velocity"),
-    ("floors.effectors", "m", "thesis: smallest standard deviation of an end effector's position"),
-];
 
 impl Floors {
     /// Returns the divisor of every feature: the data's standard deviation, not below the floor; 1 for the orientation,

@@ -8,7 +8,7 @@ use super::RewardInputs;
 ///
 /// Table 4.1 does not say which of the two its weights belong to. By the mean, an error of one standard deviation in every feature
 /// costs the humanoid 3.6 a step, below its alive bonus of 6. By the sum it costs 58.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Norm {
     /// Sum over components, as eq. 4.6 is written.

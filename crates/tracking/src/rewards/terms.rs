@@ -17,14 +17,6 @@ const ANGULAR_VELOCITY: Range<usize> = FeatureLayout::VELOCITY.start + 3..Featur
 /// Default of [`ExponentialReward::angular_share`].
 const ANGULAR_SHARE: f32 = 0.0375;
 
-/// Settings that belong to no single term: key, unit and meaning.
-pub(super) const SETTINGS: &[(&str, &str, &str)] = &[
-    ("angular_share", "m²", "exponential: weight of a squared angular velocity error against a linear one"),
-    ("scale", "1", "thesis: factor on the whole reward; brings it near one, which the value function learns sooner"),
-    ("norm", "", "thesis: squared norms of eq. 4.6, a \"sum\" over components (as written) or their \"mean\""),
-    ("term_limit", "1", "thesis: largest loss by one tracking term, before scale; inf is the thesis"),
-];
-
 reward_terms! {
     /// Root height: eq. 4.6, c^h.
     height: Tracking, "m²" = Kernel::new(0.1, 150.0), {
@@ -61,8 +53,10 @@ reward_terms! {
         thesis: |_, _| 1.0,
         exponential: |_, _| 1.0
     }
-    /// Getting up, u·h, and as much again for the reference's joints once both are near 1; not in the thesis. The trunk's up axis gives
-    /// u, 0 or more, and the root's height over the reference's gives h, at most 1: height counts only when upright.
+    /// Getting up, u·h, and as much again for the reference's joints once both are near 1; not in the thesis.
+    ///
+    /// The trunk's up axis gives u, 0 or more, and the root's height over the reference's gives h, at most 1: height counts
+    /// only when upright.
     #[serde(default)]
     get_up: Bonus, "" = 0.0, {
         thesis: |x, _| x.raised(),
@@ -71,7 +65,7 @@ reward_terms! {
             x.raised() + x.raised().powi(8) * (-reward.joint_position.sharpness * posture).exp()
         }
     }
-    /// Heading against the anchored reference; not in the thesis, whose reward does not see where the robot goes.
+    /// Heading against the anchored reference; not in the thesis.
     #[serde(default)]
     heading: Tracking, "rad²" = Kernel::new(0.15, 10.0), {
         thesis: |x, _| x.heading * x.heading,
@@ -89,8 +83,10 @@ reward_terms! {
         thesis: |x, _| x.slip_square,
         exponential: |x, _| x.slip_square
     }
-    /// Soles that carry weight while the reference's swing, their number; not in the thesis. Without it a robot that only stands loses
-    /// little to one that steps, and falls less. Soles in the air cost nothing here: that hurts who has yet to learn to stand.
+    /// Number of soles that carry weight while the reference's swing; not in the thesis.
+    ///
+    /// Without it a robot that only stands loses little to one that steps, and falls less. Soles in the air cost nothing
+    /// here, which would hurt a policy that cannot stand yet.
     #[serde(default)]
     swing: Fault, "" = 0.0, {
         thesis: |x, _| x.missed_swings,

@@ -1,44 +1,61 @@
 //! Settings of the algorithm and sizes of its networks, as plans have them.
 
 use crate::limits::{PlanError, range, whole};
+use crate::plan;
 
 /// Proximal policy optimization (Schulman et al. 2017).
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PpoSpec {
-    /// Environments.
+    /// Environments of each process.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 1u64 << 20))]
     pub environments: usize,
-    /// Steps of each environment per iteration.
+    /// Steps of each environment per iteration (policy steps).
+    #[schemars(extend("unit" = "policy steps"), range(min = 1, max = 4096))]
     pub steps: usize,
     /// Passes over the rollout.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 100))]
     pub epochs: usize,
-    /// Samples per gradient step.
+    /// Samples per gradient step, at most environments · steps.
+    #[schemars(extend("unit" = "samples"), range(min = 2))]
     pub minibatch: usize,
-    /// Clip range ε.
+    /// Clip range ε of the surrogate.
+    #[schemars(extend("unit" = "1"), range(min = 1e-3, max = 1.0))]
     pub clip: f64,
     /// Discount γ.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 1.0))]
     pub gamma: f32,
-    /// GAE's λ.
+    /// λ of generalized advantage estimation.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 1.0))]
     pub lambda: f32,
-    /// KL divergence per iteration that the learning rate is steered to.
+    /// KL divergence per iteration that the learning rate is steered to (nat).
+    #[schemars(extend("unit" = "nat"), range(min = 1e-6, max = 10.0))]
     pub target_divergence: f64,
     /// First learning rate of the policy.
+    #[schemars(extend("unit" = "1"), range(min = 1e-9, max = 1.0))]
     pub learning_rate: f64,
-    /// Its bounds.
+    /// Least and greatest learning rate of the policy.
+    #[schemars(extend("unit" = "1"), inner(range(min = 1e-9, max = 1.0)))]
     pub learning_rate_bounds: [f64; 2],
     /// Learning rate of the value function; constant.
+    #[schemars(extend("unit" = "1"), range(min = 1e-9, max = 1.0))]
     pub critic_learning_rate: f64,
-    /// Collect the next rollout while the last one is learned from: what acts is one update behind.
+    /// Collection of the next rollout while the last one is learned from: what acts is one update behind.
     pub overlap: bool,
-    /// Weight of the entropy.
+    /// Weight of the policy's entropy.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 1.0))]
     pub entropy: f64,
     /// Share of the iterations so far over which the policy that is written is averaged; 0: the last one as it is.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 1.0))]
     pub averaging: f64,
     /// Largest norm of each network's gradient.
+    #[schemars(extend("unit" = "1"), range(min = 1e-6, max = 1e6))]
     pub gradient_norm: f64,
     /// Standard deviation of the first policy, in units of its output.
+    #[schemars(extend("unit" = "1"), range(min = 1e-6, max = 100.0))]
     pub initial_std: f64,
-    /// Bounds of the standard deviation.
+    /// Least and greatest standard deviation of the policy.
+    #[schemars(extend("unit" = "1"), inner(range(min = 1e-6, max = 100.0)))]
     pub std_bounds: [f64; 2],
 }
 
@@ -73,41 +90,34 @@ impl PpoSpec {
     /// The key, the range and the value.
     pub fn check(&self) -> Result<(), PlanError> {
         let p = self;
-        whole("ppo.environments", p.environments as u64, 1, 1 << 20)?;
-        whole("ppo.steps", p.steps as u64, 1, 4096)?;
-        whole("ppo.epochs", p.epochs as u64, 1, 100)?;
+        plan::check("ppo", p)?;
         whole("ppo.minibatch", p.minibatch as u64, 2, (p.environments * p.steps) as u64)?;
-        range("ppo.clip", p.clip, 1e-3, 1.0)?;
-        range("ppo.gamma", p.gamma.into(), 0.0, 1.0)?;
-        range("ppo.lambda", p.lambda.into(), 0.0, 1.0)?;
-        range("ppo.target_divergence", p.target_divergence, 1e-6, 10.0)?;
-        range("ppo.learning_rate_bounds[0]", p.learning_rate_bounds[0], 1e-9, 1.0)?;
         range("ppo.learning_rate_bounds[1]", p.learning_rate_bounds[1], p.learning_rate_bounds[0], 1.0)?;
         range("ppo.learning_rate", p.learning_rate, p.learning_rate_bounds[0], p.learning_rate_bounds[1])?;
-        range("ppo.critic_learning_rate", p.critic_learning_rate, 1e-9, 1.0)?;
-        range("ppo.entropy", p.entropy, 0.0, 1.0)?;
-        range("ppo.averaging", p.averaging, 0.0, 1.0)?;
-        range("ppo.gradient_norm", p.gradient_norm, 1e-6, 1e6)?;
-        range("ppo.std_bounds[0]", p.std_bounds[0], 1e-6, 100.0)?;
         range("ppo.std_bounds[1]", p.std_bounds[1], p.std_bounds[0], 100.0)?;
         range("ppo.initial_std", p.initial_std, p.std_bounds[0], p.std_bounds[1])
     }
 }
 
 /// Sizes of the ELU networks.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct NetworkSpec {
-    /// Hidden layers of the policy.
+    /// Widths of the policy's hidden layers.
+    #[schemars(extend("unit" = "1"), inner(range(min = 1, max = 1u64 << 16)))]
     pub actor: Vec<usize>,
-    /// Hidden layers of the value function.
+    /// Widths of the value function's hidden layers.
+    #[schemars(extend("unit" = "1"), inner(range(min = 1, max = 1u64 << 16)))]
     pub critic: Vec<usize>,
-    /// Hidden layers of an encoder of the observation's window ([`crate::VectorEnvironment::window_size`]), trained with the
-    /// policy.
+    /// Widths of the hidden layers of an encoder of `inputs.window` that is trained with the policy.
+    ///
+    /// It reads [`crate::VectorEnvironment::window_size`] numbers.
     #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schemars(extend("unit" = "1"), inner(range(min = 1, max = 1u64 << 16)))]
     pub encoder: Vec<usize>,
-    /// Size of its code.
+    /// Size of that encoder's code.
     #[serde(skip_serializing_if = "is_zero")]
+    #[schemars(extend("unit" = "1"), range(min = 0, max = 1u64 << 16))]
     pub code: usize,
 }
 
@@ -128,13 +138,6 @@ impl NetworkSpec {
     /// # Errors
     /// The key, the range and the value.
     pub fn check(&self) -> Result<(), PlanError> {
-        let networks =
-            [("network.actor", &self.actor), ("network.critic", &self.critic), ("network.encoder", &self.encoder)];
-        for (key, layers) in networks {
-            for width in layers {
-                whole(key, *width as u64, 1, 1 << 16)?;
-            }
-        }
-        whole("network.code", self.code as u64, 0, 1 << 16)
+        plan::check("network", self)
     }
 }

@@ -4,35 +4,41 @@ use std::path::PathBuf;
 
 use lifelike_generation::align::JudgePlan;
 use lifelike_language::Split;
-use lifelike_train::limits::whole;
+use lifelike_train::plan;
 use serde::{Deserialize, Serialize};
 
 use crate::error::CliError;
 
 /// A co-training.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CotrainPlan {
-    /// A built-in robot's name, or its MJCF or URDF file.
+    /// Robot: a built-in name, or an MJCF or URDF file.
     pub robot: String,
-    /// The generator to begin with.
+    /// Generator to begin with.
     pub generator: PathBuf,
-    /// The tracker to begin with: a name, its run, or its controller.
+    /// Tracker to begin with: a name, its run, or its controller.
     pub init: PathBuf,
     /// Captioned motion that the generator was trained on.
     pub dataset: PathBuf,
-    /// The tracker's own clips.
+    /// Clips that the tracker learns besides.
     pub clips: Vec<PathBuf>,
-    /// Key of all randomness.
+    /// Seed of everything random.
+    #[schemars(extend("unit" = "1"))]
     pub seed: u64,
-    /// Rounds.
+    /// Number of rounds.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 1000))]
     pub rounds: usize,
-    /// Sentences of the training split whose motion tracker and critic learn from. They learn from the motion of all
-    /// rounds so far: a critic that saw only what the last alignment liked praises again what the one before it unlearned.
+    /// Number of training sentences whose motion tracker and critic learn from.
+    ///
+    /// They learn from the motion of all rounds so far. A critic that saw only what the last alignment liked would
+    /// praise again what the one before it unlearned.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 100_000))]
     pub prompts: usize,
-    /// Sentences that is measured on.
+    /// Number of sentences on which each round is measured.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 100_000))]
     pub measured: usize,
-    /// Their split.
+    /// Split of these sentences.
     pub split: Split,
     /// Motion that chooses the weights within a round and the best round, in physics.
     #[serde(default)]
@@ -47,10 +53,10 @@ pub struct CotrainPlan {
 }
 
 /// One training of each round.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StagePlan {
-    /// A built-in plan's name, or a file.
+    /// Plan: a built-in name, or a file.
     pub plan: PathBuf,
     /// Changes to it, `key=value`.
     #[serde(default)]
@@ -60,9 +66,6 @@ pub struct StagePlan {
 impl CotrainPlan {
     /// Checks every range.
     pub fn check(&self) -> Result<(), CliError> {
-        self.judge.check()?;
-        whole("rounds", self.rounds as u64, 1, 1000)?;
-        whole("prompts", self.prompts as u64, 1, 100_000)?;
-        Ok(whole("measured", self.measured as u64, 1, 100_000)?)
+        Ok(plan::check("", self)?)
     }
 }

@@ -106,10 +106,7 @@ impl Stages<'_> {
         let motions = self.motions_so_far(round);
         let clips = list("clips", self.plan.clips.iter().chain(&motions).map(PathBuf::as_path));
         let source = self.source(round, "tracker", plan, [clips, init]);
-        train::tracker::run(
-            &train::tracker::Args { keys: false, source, physics: self.physics.clone() },
-            &self.progress_only(),
-        )
+        train::tracker::run(&train::tracker::Args { source, physics: self.physics.clone() }, &self.progress_only())
     }
 
     fn critic_stage(&mut self, round: usize) -> Result<(), CliError> {

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::driver::Driver;
+use super::keys;
 use super::source::Source;
 use crate::commands::augment::traces;
 use crate::error::CliError;
@@ -34,7 +35,7 @@ pub struct Args {
 }
 
 /// An augmentation's training, as its TOML file has it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AugmentationTrainingPlan {
     /// Traces to learn from: files, or folders of them.
@@ -49,6 +50,9 @@ pub struct AugmentationTrainingPlan {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    if keys::describe::<AugmentationTrainingPlan>(&args.source, output)? {
+        return Ok(());
+    }
     let folder = args.source.folder()?;
     let plan: AugmentationTrainingPlan = args.source.fixed(&folder)?;
     let (learn, validation) = (traces(&plan.traces)?, traces(&plan.validation)?);

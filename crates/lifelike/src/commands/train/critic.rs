@@ -11,11 +11,12 @@ use lifelike_report::run::RunFolder;
 use lifelike_robot::Robot;
 use lifelike_tracking::TrackerPlan;
 use lifelike_tracking::plan::EpisodeSpec;
-use lifelike_train::limits::{range, whole};
+use lifelike_train::plan;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::driver::Driver;
+use super::keys;
 use super::source::Source;
 use crate::commands::clips;
 use crate::commands::controller_file::Loaded;
@@ -55,27 +56,31 @@ pub struct Args {
 }
 
 /// A critic's training, as its TOML file has it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CriticTrainingPlan {
-    /// A built-in robot's name, or its MJCF or URDF file.
+    /// Robot: a built-in name, or an MJCF or URDF file.
     pub robot: String,
-    /// The frozen controller.
+    /// Frozen controller that is followed.
     pub controller: PathBuf,
-    /// The tracker's plan, by name or file, whose reward, terminations, randomisation and pushes hold; none: the one that
-    /// the controller carries.
+    /// Tracker's plan whose reward, terminations, randomization and pushes hold; none: the controller's own.
+    ///
+    /// A built-in name, or a file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub environment: Option<PathBuf>,
-    /// Folders of generated motion, as `cotrain` writes them: followed too, and their rows before grounding are learned.
+    /// Folders of generated motion, as `cotrain` writes them.
+    ///
+    /// They are followed too, and their rows before grounding are learned.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub generated: Vec<PathBuf>,
     /// Clips to follow: files, folders, patterns.
     pub clips: Vec<PathBuf>,
-    /// Follow the mirror image of every clip too.
+    /// Following of the mirror image of every clip too.
     #[serde(default)]
     pub mirror: bool,
     /// Seed of everything random.
     #[serde(default)]
+    #[schemars(extend("unit" = "1"))]
     pub seed: u64,
     /// Amount of experience.
     #[serde(default)]
@@ -86,18 +91,23 @@ pub struct CriticTrainingPlan {
 }
 
 /// Amount of experience.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RolloutPlan {
-    /// Environments.
+    /// Number of environments.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 1u64 << 20))]
     pub environments: usize,
-    /// Control steps of each.
+    /// Policy steps of each environment.
+    #[schemars(extend("unit" = "policy steps"), range(min = 1, max = 1u64 << 32))]
     pub steps: u64,
-    /// Longest episode (s); a clip that ends before is followed by another.
+    /// Longest episode; a clip that ends before is followed by another (s).
+    #[schemars(extend("unit" = "s"), range(min = 0.02, max = 1e5))]
     pub seconds: f64,
-    /// Share of the steps on generated motion, where there is some.
+    /// Share of the steps on generated motion, where the plan names any.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 1.0))]
     pub generated_share: f64,
     /// Share of episodes that begin in the state of another frame (thesis Algorithm 1, line 5).
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 1.0))]
     pub random_start_share: f64,
 }
 
@@ -110,12 +120,7 @@ impl Default for RolloutPlan {
 impl CriticTrainingPlan {
     /// Checks that every value is in its range.
     pub fn check(&self) -> Result<(), CliError> {
-        self.critic.check()?;
-        whole("rollouts.environments", self.rollouts.environments as u64, 1, 1 << 20)?;
-        whole("rollouts.steps", self.rollouts.steps, 1, 1 << 32)?;
-        range("rollouts.generated_share", self.rollouts.generated_share, 0.0, 1.0)?;
-        range("rollouts.random_start_share", self.rollouts.random_start_share, 0.0, 1.0)?;
-        Ok(range("rollouts.seconds", self.rollouts.seconds, 0.02, 1e5)?)
+        Ok(plan::check("", self)?)
     }
 
     /// Reads its clips, the generated ones last, and returns the number of the others with them.
@@ -150,6 +155,9 @@ const KEY: &str = "records";
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    if keys::describe::<CriticTrainingPlan>(&args.source, output)? {
+        return Ok(());
+    }
     let mut source = args.source.clone();
     if let (Some(path), false) = (&args.controller, source.resume) {
         source.overrides.push(format!("controller={}", path.display()));

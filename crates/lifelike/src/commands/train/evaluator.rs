@@ -9,6 +9,7 @@ use lifelike_robot::Robot;
 use serde_json::{Map, json};
 
 use super::driver::Driver;
+use super::keys;
 use super::source::Source;
 use crate::error::CliError;
 use crate::next::NextCommand;
@@ -40,6 +41,9 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    if keys::describe::<EvaluatorTrainingPlan>(&args.source, output)? {
+        return Ok(());
+    }
     let folder = args.source.folder()?;
     let plan: EvaluatorTrainingPlan = args.source.fixed(&folder)?;
     plan.evaluator.check()?;

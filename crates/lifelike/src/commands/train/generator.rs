@@ -7,6 +7,7 @@ use lifelike_robot::Robot;
 use serde_json::json;
 
 use super::driver::Driver;
+use super::keys;
 use super::source::Source;
 use crate::error::CliError;
 use crate::next::NextCommand;
@@ -35,6 +36,9 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    if keys::describe::<GeneratorPlan>(&args.source, output)? {
+        return Ok(());
+    }
     let folder = args.source.folder()?;
     let plan: GeneratorPlan = args.source.fixed(&folder)?;
     plan.check()?;

@@ -7,6 +7,7 @@ use lifelike_tracking::get_up::{FILE, GetUpPlan, GetUpSearch};
 use serde_json::json;
 
 use super::driver::Driver;
+use super::keys;
 use super::source::Source;
 use crate::commands::script;
 use crate::error::CliError;
@@ -40,6 +41,9 @@ pub struct Args {
 /// # Errors
 /// Plan or script are wrong, the robot cannot be simulated, or a file cannot be written.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    if keys::describe::<GetUpPlan>(&args.source, output)? {
+        return Ok(());
+    }
     let folder = args.source.folder()?;
     let plan: GetUpPlan = args.source.fixed(&folder)?;
     let robot = Arc::new(Robot::load(&plan.robot)?);

@@ -8,7 +8,7 @@ pub mod driver;
 pub mod evaluator;
 pub mod generator;
 pub mod get_up;
-mod keys;
+pub mod keys;
 pub mod prior;
 pub mod processes;
 pub mod rehearsal;

@@ -11,6 +11,7 @@ use lifelike_robot::Robot;
 use serde_json::json;
 
 use super::driver::Driver;
+use super::keys;
 use super::source::Source;
 use crate::commands::reconstruction::{self, HEAD, row};
 use crate::commands::{clips, prior_file};
@@ -77,6 +78,9 @@ impl WithTrainer for Run<'_> {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    if keys::describe::<PriorTrainingPlan>(&args.source, output)? {
+        return Ok(());
+    }
     let folder = args.source.folder()?;
     let plan: PriorTrainingPlan = args.source.fixed(&folder)?;
     plan.prior.check()?;

@@ -32,6 +32,12 @@ pub struct Source {
     /// The robot, in place of the plan's: a name, or an MJCF or URDF file.
     #[arg(short, long, conflicts_with = "resume")]
     pub robot: Option<String>,
+    /// Print every key of a plan with its default, unit, range and meaning, and stop.
+    #[arg(long)]
+    pub keys: bool,
+    /// Print the JSON Schema of a plan, by which editors complete and check it, and stop.
+    #[arg(long, conflicts_with = "keys")]
+    pub schema: bool,
     /// Changes to the plan, by dotted path.
     #[arg(value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,

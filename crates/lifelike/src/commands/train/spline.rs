@@ -10,6 +10,7 @@ use lifelike_robot::Robot;
 use serde_json::json;
 
 use super::driver::Driver;
+use super::keys;
 use super::source::Source;
 use crate::commands::clips;
 use crate::error::CliError;
@@ -39,6 +40,9 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    if keys::describe::<MotionSplinePlan>(&args.source, output)? {
+        return Ok(());
+    }
     let folder = args.source.folder()?;
     let plan: MotionSplinePlan = args.source.fixed(&folder)?;
     plan.check()?;

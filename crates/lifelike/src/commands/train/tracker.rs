@@ -43,15 +43,13 @@ Examples:
   lifelike train tracker --plan track -o runs/mine --robot MY_ROBOT.xml 'clips=[\"data/mine\"]'
   lifelike train tracker --plan my.toml -o runs/other seed=2 ppo.environments=512
   lifelike train tracker --resume -o runs/first budget.minutes=20
-  lifelike train tracker --keys                 # every key of a plan: meaning, unit, default
+  lifelike train tracker --keys                 # every key of a plan: default, unit, range, meaning
+  lifelike train tracker --schema > tracker.schema.json       # the same for editors
   tensorboard --logdir runs                     # curves, while it runs
 
 `lifelike plans` lists built-in plans. A plan's relative paths are looked for in its folder, in the one above, and where you
 are. Clips are files, folders, patterns, @list.txt, or builtin: the program's own keyframed clips.")]
 pub struct Args {
-    /// Print every key of a plan with its default, unit and meaning, and stop.
-    #[arg(long)]
-    pub keys: bool,
     /// Plan and folder.
     #[command(flatten)]
     pub source: Source,
@@ -62,8 +60,8 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
-    if args.keys {
-        return keys::tracker(output);
+    if keys::describe::<TrackerPlan>(&args.source, output)? {
+        return Ok(());
     }
     let folder = args.source.folder()?;
     let plan: TrackerPlan = args.source.changeable(&folder)?;

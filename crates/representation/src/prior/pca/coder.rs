@@ -10,7 +10,6 @@ use crate::prior::kind::{PriorData, PriorKind};
 
 impl PriorKind for Components {
     const NAME: &'static str = "principal components of motion";
-    const TABLE: &'static str = "pca";
     const TITLE: &'static str = "principal components";
     type Plan = PcaPlan;
     type Trainer = PcaTrainer;

@@ -1,20 +1,22 @@
 //! Settings of principal components, a table of a TOML file.
 
-use lifelike_train::limits::whole;
+use lifelike_train::plan;
 
 use crate::RepresentationError;
 use crate::prior::kind::KindPlan;
 use crate::prior::window_plan::WindowPlan;
 
 /// Settings of a prior of principal components.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PcaPlan {
-    /// The windows: those of [`crate::prior::vae::VaePlan`], by the same names.
+    /// Windows to train on.
     pub windows: WindowPlan,
-    /// d_z, the number of components.
+    /// Size d_z of the latent code, the number of components.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 4096))]
     pub latent: usize,
-    /// Iterations of the subspace; the error of what is kept falls geometrically with them.
+    /// Iterations of the subspace; the reconstruction error falls geometrically with them.
+    #[schemars(extend("unit" = "iterations"), range(min = 1, max = 10_000))]
     pub iterations: u64,
 }
 
@@ -43,8 +45,6 @@ impl KindPlan for PcaPlan {
     }
 
     fn check(&self) -> Result<(), RepresentationError> {
-        self.windows.check()?;
-        whole("latent", self.latent as u64, 1, 4096)?;
-        Ok(whole("iterations", self.iterations, 1, 10_000)?)
+        Ok(plan::check("", self)?)
     }
 }

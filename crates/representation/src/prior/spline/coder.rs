@@ -52,7 +52,6 @@ impl SplineCoder {
 
 impl PriorKind for SplineCoder {
     const NAME: &'static str = "spline motion prior";
-    const TABLE: &'static str = "spline";
     const TITLE: &'static str = "a Spline-based Transformer";
     type Plan = SplinePriorPlan;
     type Trainer = SequenceTrainer<WindowSequences>;

@@ -6,14 +6,16 @@ use crate::prior::window_plan::WindowPlan;
 use crate::spline_transformer::SequencePlan;
 
 /// Settings of a spline prior: which windows, and what encodes them.
-#[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SplinePriorPlan {
-    /// The windows: those of [`crate::prior::vae::VaePlan`], by the same names.
+    /// Windows to train on.
     pub windows: WindowPlan,
-    /// Network and training. z_t has `latent` numbers for each control point: 4 of 16 by default, as many as the β-VAE's 64.
-    /// The row of thesis Table A.1 for motion (of other data) is `heads = 8`, `width = 128`, `batch = 1024`,
-    /// `learning_rate = 3e-4`. The baselines of chapter 3 have one control point, so d_z is their `latent`.
+    /// Network and its training.
+    ///
+    /// z_t has `latent` numbers for each control point: 4 of 16 by default, as many as the β-VAE's 64. The row of
+    /// thesis Table A.1 for motion (of other data) is `heads = 8`, `width = 128`, `batch = 1024`, `learning_rate =
+    /// 3e-4`. The baselines of chapter 3 have one control point, so d_z is their `latent`.
     pub training: SequencePlan,
 }
 

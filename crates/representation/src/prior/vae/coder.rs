@@ -15,7 +15,6 @@ const PART: usize = 64;
 
 impl PriorKind for MotionVae {
     const NAME: &'static str = "motion prior";
-    const TABLE: &'static str = "prior";
     const TITLE: &'static str = "a beta-VAE";
     type Plan = VaePlan;
     type Trainer = VaeTrainer;

@@ -7,44 +7,62 @@ use super::file::Flat;
 use crate::RepresentationError;
 use crate::prior::kind::KindPlan;
 use crate::prior::window_plan::WindowPlan;
-use lifelike_train::limits::{PlanError, range, whole};
+use lifelike_train::limits::PlanError;
+use lifelike_train::plan;
 
 /// Settings of a β-VAE. Defaults are the thesis' (4.3.1 and Table 4.1) where it states them.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(from = "Flat", into = "Flat")]
+#[schemars(!from, !into, default, deny_unknown_fields)]
 pub struct VaePlan {
-    /// Windows to train on. In files their keys stand beside the others, and `seed` is the key of all randomness.
+    /// Windows to train on. In files their keys stand beside the others, and `seed` is the seed of everything random.
+    #[schemars(flatten)]
     pub windows: WindowPlan,
-    /// Returns d_z.
+    /// Size d_z of the latent code.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 4096))]
     pub latent: usize,
-    /// Width of the convolutions. 104 gives about 0.8 M parameters.
+    /// Width of the convolutions; 104 gives about 0.8 M parameters.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 4096))]
     pub channels: usize,
     /// Residual blocks in the encoder, and in the decoder.
+    #[schemars(extend("unit" = "1"), range(min = 0, max = 64))]
     pub blocks: usize,
-    /// Principal components beside encoder and decoder, which then learn what these leave (not in the thesis). They are fitted
-    /// before the first iteration and stay as they are.
+    /// Principal components beside encoder and decoder, which then learn what these leave (not in the thesis).
+    ///
+    /// They are fitted before the first iteration and stay as they are.
     pub linear_path: bool,
     /// Windows per iteration.
+    #[schemars(extend("unit" = "windows"), range(min = 1, max = 1u64 << 16))]
     pub batch: usize,
-    /// Training iterations. The thesis calls one batch an epoch.
+    /// Training iterations, which the thesis calls epochs.
+    #[schemars(extend("unit" = "iterations"), range(min = 1, max = 1u64 << 40))]
     pub iterations: u64,
-    /// The thesis' RAdam, Adam, or Muon, which gets further in as many steps at rates up to 0.003 and fails at 0.01.
-    /// RAdam holds its step back for about the first 2000 steps: its rectification is 0.2 at step 100 and 0.4 at step
-    /// 333 for β₂ = 0.999. This costs nothing in 50 000 iterations and most of a short budget.
+    /// Optimizer: the thesis' RAdam, Adam, or Muon.
+    ///
+    /// Muon gets further in the same number of steps at rates up to 0.003 and fails at 0.01. RAdam holds its step
+    /// back for about the first 2000 steps: its rectification is 0.2 at step 100 and 0.4 at step 333 for β₂ = 0.999.
+    /// This costs nothing in 50 000 iterations and most of a short budget.
     pub optimizer: Rule,
     /// Learning rate at the beginning of each cosine period.
+    #[schemars(extend("unit" = "1"), range(min = 1e-9, max = 1.0))]
     pub learning_rate: f64,
-    /// T_0: iterations until the first warm restart.
+    /// Iterations until the first warm restart, T_0.
+    #[schemars(extend("unit" = "iterations"), range(min = 1, max = 1u64 << 40))]
     pub restart_first: u64,
-    /// T_mult: each period is this many times longer than the one before.
+    /// Length of a cosine period by that of the one before, T_mult.
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 1000))]
     pub restart_factor: u64,
-    /// β of the β-VAE.
+    /// Weight β of the KL divergence.
+    #[schemars(extend("unit" = "1"), range(min = 0.0, max = 1000.0))]
     pub kl_weight: f64,
     /// Cycles of the KL schedule (Fu et al. 2019).
+    #[schemars(extend("unit" = "1"), range(min = 1, max = 1_000_000))]
     pub kl_cycles: u64,
-    /// Rising part of each KL cycle.
+    /// Rising share of each KL cycle.
+    #[schemars(extend("unit" = "1"), range(min = 1e-6, max = 1.0))]
     pub kl_ratio: f64,
-    /// Gradients are scaled down to this norm; the thesis does not clip here, so the default only catches outliers.
+    /// Norm to which gradients are scaled down; the default only catches outliers (the thesis does not clip).
+    #[schemars(extend("unit" = "1"), range(min = 1e-6, max = 1e9))]
     pub max_gradient_norm: f64,
 }
 
@@ -124,19 +142,7 @@ impl KindPlan for VaePlan {
     }
 
     fn check(&self) -> Result<(), RepresentationError> {
-        self.windows.check()?;
-        whole("latent", self.latent as u64, 1, 4096)?;
-        whole("channels", self.channels as u64, 1, 4096)?;
-        whole("blocks", self.blocks as u64, 0, 64)?;
-        whole("batch", self.batch as u64, 1, 1 << 16)?;
-        whole("iterations", self.iterations, 1, 1 << 40)?;
-        range("learning_rate", self.learning_rate, 1e-9, 1.0)?;
-        whole("restart_first", self.restart_first, 1, 1 << 40)?;
-        whole("restart_factor", self.restart_factor, 1, 1000)?;
-        range("kl_weight", self.kl_weight, 0.0, 1000.0)?;
-        whole("kl_cycles", self.kl_cycles, 1, 1_000_000)?;
-        range("kl_ratio", self.kl_ratio, 1e-6, 1.0)?;
-        Ok(range("max_gradient_norm", self.max_gradient_norm, 1e-6, 1e9)?)
+        Ok(plan::check("", self)?)
     }
 }
 
