@@ -44,6 +44,8 @@ const MOST_EMPHASIS: f64 = 1.5;
 /// Shortest stillness of arms that is a pose to be kept (s), and the time they take to get there and back.
 const KEPT: f64 = 0.6;
 pub(super) const ARMS_UP: f64 = 1.0;
+/// Share of a pose's clip in which it is still.
+const POSED: f64 = 0.15;
 /// Fastest joint of a pose that is held (rad/s).
 const STILL: f64 = 1.0;
 /// Most cycles that a duration may ask for.
@@ -237,8 +239,9 @@ impl Generator<'_> {
         let even = verb.is_even();
         if verb.is_pose() {
             let clip = self.shortened(self.part(&part, Some(rng))?)?;
-            // What never stands still, such as a dance, is done again.
-            if still_seconds(&clip) >= KEPT || verb.shows.contains(&Show::FootHeld) {
+            // What hardly stands still, such as a dance, is done again.
+            let still = still_seconds(&clip);
+            if still >= KEPT && still >= POSED * clip.seconds() || verb.shows.contains(&Show::FootHeld) {
                 return Ok(held(&clip, wanted));
             }
             let times = ((wanted + FADE) / (clip.seconds() - FADE).max(0.5)).round().max(1.0) as usize;

@@ -388,6 +388,13 @@ mod tests {
         let ground = tracks.feet[0][0].z;
         let up = tracks.feet[0].iter().filter(|foot| foot.z - ground > 0.3 * tracks.leg).count();
         assert!(up as f64 / clip.fps > 2.0, "{up}");
+        // Feet go far apart and come back.
+        let [left, right] = [0.11, -0.11].map(|y| Some(Foot { to: [0.0, y], height: 0.0 }));
+        let wide = Posture { left_foot: left, right_foot: right, sink: Some(0.09), hold: 1.0, ..Posture::default() };
+        let (_, tracks, _) = made(&[wide]);
+        let apart = |frame: usize| (tracks.feet[0][frame] - tracks.feet[1][frame]).norm();
+        let widest = (0..tracks.len()).map(apart).fold(0.0, f64::max);
+        assert!(widest > 1.6 * apart(0) && apart(tracks.len() - 1) < 1.1 * apart(0), "{widest}");
         let lean = Posture { trunk: Some(Turn { pitch: 25.0, ..Turn::default() }), hold: 1.0, ..Posture::default() };
         let (_, tracks, _) = made(&[lean]);
         let most = tracks.chest.iter().fold(0.0_f64, |most, angle| most.max(angle.to_degrees()));

@@ -34,7 +34,7 @@ pub(super) fn legs(piece: &Words<'_>, context: &mut Context, posture: &mut Postu
     if plural && piece.has(&["apart", "wide", "wider"]) {
         (posture.left_foot, posture.right_foot) =
             (Some(Foot { to: [0.0, 0.11], height: 0.0 }), Some(Foot { to: [0.0, -0.11], height: 0.0 }));
-        posture.sink = Some(if piece.has(&["low", "bent"]) { DEEP } else { 0.5 * FAR });
+        posture.sink = Some(if piece.has(&["low", "bent"]) { DEEP } else { FAR });
         return Some(true);
     }
     if plural && piece.has(&["together"]) {
