@@ -44,12 +44,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_law_is_a_clamped_pd_controller_in_single_precision_too() {
+    fn the_law_is_a_clamped_pd_controller() {
         let pd = IdealPd { kp: 20.0, kd: 0.5, torque_max: 7.0 };
         let law = pd.law().unwrap();
-        for velocity in [-900.0, -30.0, -1.0, 0.0, 0.5, 30.0, 900.0] {
+        for velocity in [-900.0_f64, -30.0, -1.0, 0.0, 0.5, 30.0, 900.0] {
             for target in [-2.0, -0.1, 0.0, 0.3, 2.0] {
-                let expected = (20.0 * (target - 0.1) - 0.5 * velocity).clamp(-7.0, 7.0);
+                let expected = (20.0 * (target - 0.1_f64) - 0.5 * velocity).clamp(-7.0, 7.0);
                 assert_eq!(law.torque(target, 0.1, velocity), expected, "{target} {velocity}");
             }
         }
