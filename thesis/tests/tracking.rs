@@ -7,7 +7,7 @@ mod programs;
 use programs::{err, root, run};
 use serde_json::Value;
 
-const TINY: &str = include_str!("../../crates/lifelike/tests/in_checkout/tiny.toml");
+const TINY: &str = include_str!("../../crates/lifelike/tests/commands/in_checkout/tiny.toml");
 
 /// A study with stages may be trained variant by variant, on several machines or cores.
 #[test]
