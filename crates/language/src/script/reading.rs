@@ -99,7 +99,16 @@ impl Reader<'_> {
         };
         let Some(last) = below.clauses.last_mut().filter(stands) else { return script };
         last.postures.push(posture);
+        below.notes.extend(self.corrections(text));
         below
+    }
+
+    /// Returns notes on the words of a text that are read as others, or left out.
+    fn corrections(&self, text: &str) -> Vec<String> {
+        let mut notes = Vec::new();
+        let words = spelt(&self.phrases, normal(text), &mut notes);
+        without_negations(words, &mut notes);
+        notes
     }
 
     /// Reads the actions of a sentence.
@@ -107,7 +116,7 @@ impl Reader<'_> {
         let mut rules = self.read_within(text, MOST_WITHIN);
         let understood = |text: &str| !is_open(&self.read_within(text, MOST_WITHIN));
         if let Some(segments) = segments(&self.phrases, text, is_open(&rules), understood) {
-            return self.read_segments(segments);
+            return self.read_segments(text, segments);
         }
         let ByNetwork { script: network, certainty, asking } = self.read_by_network(text);
         let says_little = is_open(&rules) || verbs(&rules) == ["stand"];
@@ -137,8 +146,8 @@ impl Reader<'_> {
     }
 
     /// Reads the parts of a sentence that has described postures.
-    fn read_segments(&self, segments: Vec<Segment>) -> Script {
-        let mut script = Script::default();
+    fn read_segments(&self, text: &str, segments: Vec<Segment>) -> Script {
+        let mut script = Script { notes: self.corrections(text), ..Script::default() };
         for segment in segments {
             match segment {
                 Segment::Postures(clause) => script.clauses.push(clause),

@@ -339,6 +339,9 @@ fn described_limbs_become_postures() {
     ] {
         assert_eq!(line(text), expected, "{text}");
     }
+    let script = read("raise ur right arm to shoulder hight, don't move, put it down");
+    assert_eq!(script.to_string(), "right arm ahead 90 degrees; then right arm down");
+    assert_eq!(script.notes, ["read 'hight' as 'height'", "left out: dont move"]);
     // What a verb says as well stays that verb, and a row of postures beside unknown words is some action's description.
     for (text, expected) in [
         ("raise both arms", "raise arms, both side"),
