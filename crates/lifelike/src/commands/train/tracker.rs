@@ -43,7 +43,7 @@ Examples:
   lifelike train tracker --plan track -o runs/mine --robot MY_ROBOT.xml 'clips=[\"data/mine\"]'
   lifelike train tracker --plan my.toml -o runs/other seed=2 ppo.environments=512
   lifelike train tracker --resume -o runs/first budget.minutes=20
-  lifelike train tracker --keys                 # every key of a plan: default, unit, range, meaning
+  lifelike train tracker --keys                 # every key: default, unit, range, meaning
   lifelike train tracker --schema > tracker.schema.json       # the same for editors
   tensorboard --logdir runs                     # curves, while it runs
 
