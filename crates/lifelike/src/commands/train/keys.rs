@@ -29,8 +29,13 @@ fn value(key: &PlanKey) -> Value {
 }
 
 fn text(keys: &[PlanKey]) -> String {
-    let mut table = Table::new("Keys", ["key", "default", "unit", "range", "meaning"].map(Column::text).into());
-    let row = |k: &PlanKey| [&k.key, &k.default, &k.unit, &k.range(), &k.meaning].map(Cell::text).into();
+    let mut table = Table::new("Keys", ["key", "default", "unit", "meaning"].map(Column::text).into());
+    // A column more would break keys in two where a terminal is narrow.
+    let row = |k: &PlanKey| {
+        let range = Some(k.range()).filter(|range| !range.is_empty());
+        let meaning = range.map_or_else(|| k.meaning.clone(), |range| format!("{} ({range})", k.meaning));
+        [&k.key, &k.default, &k.unit, &meaning].map(Cell::text).into()
+    };
     table.rows = keys.iter().map(row).collect();
     crate::output::fitted(&table)
         + "\nGive them as KEY=VALUE on the command line, or in a plan's file: `lifelike plans NAME > my.toml` begins one. \
