@@ -307,6 +307,7 @@ fn described_limbs_become_postures() {
         ),
         ("hands up! hands down! now kneel", "both arms up 160 degrees; then both arms down; then kneel, right side"),
         ("lift your left knee to hip height and hold it", "left foot up, held 3 s"),
+        ("Extend your right leg straight behind you, a few inches off the floor.", "right foot up behind"),
         ("right knee up to the chest, hold 2 s, down", "right foot up, held 2 s; then right foot down"),
         ("right elbow bent 90 degrees, forearm pointing up", "right arm ahead 84 degrees, elbow bent 90"),
         (

@@ -401,6 +401,10 @@ fn read(whole: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
     let mut posture = Posture { slow: said.speed == Some(Speed::Slow), ..Posture::default() };
     let mut detail = false;
     let names_limb = piece.names_limb();
+    // "A few inches off the floor": as it is already.
+    if follows && !names_limb && piece.has(&["off"]) {
+        return Some(Read { posture, moves: false, is_detailed: false });
+    }
     // "Palms down": how hands are turned.
     if follows && piece.has(&["palm", "palms"]) && !piece.has(&["raise", "lift", "together", "on", "to", "chest"]) {
         return Some(Read { posture, moves: false, is_detailed: false });
