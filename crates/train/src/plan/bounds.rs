@@ -42,7 +42,7 @@ impl Bounds {
 
     fn expected(self) -> String {
         let kind = if self.whole { "" } else { "a number from " };
-        match (self.min, self.max) {
+        match (self.min.map(short), self.max.map(short)) {
             (Some(min), Some(max)) if self.below => format!("{kind}{min} to below {max}"),
             (Some(min), Some(max)) => format!("{kind}{min} to {max}"),
             (Some(min), None) if self.whole => format!("{min} or more"),
@@ -53,9 +53,13 @@ impl Bounds {
     }
 }
 
+/// Writes a number with few digits: 0.5, 1e6.
+fn short(x: f64) -> String {
+    if (1e-3..1e6).contains(&x.abs()) || x == 0.0 { format!("{x}") } else { format!("{x:e}") }
+}
+
 impl std::fmt::Display for Bounds {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let short = |x: f64| if (1e-3..1e6).contains(&x.abs()) || x == 0.0 { format!("{x}") } else { format!("{x:e}") };
         match (self.min.map(short), self.max.map(short)) {
             (Some(min), Some(max)) => write!(f, "{min} to {}{max}", if self.below { "below " } else { "" }),
             (Some(min), None) => write!(f, "≥ {min}"),
