@@ -40,8 +40,11 @@ pub fn test(arguments: &[String]) -> Result<(), String> {
         return cargo(library, &command, rest);
     }
     // Examples have no tests: clippy compiles them (`.ci/run lint`).
-    cargo(library, &[&command[..], &["--lib", "--bins", "--tests"]].concat(), rest)?;
-    cargo(library, &[&command[..], &["--doc"]].concat(), rest)
+    let tests = cargo(library, &[&command[..], &["--lib", "--bins", "--tests"]].concat(), rest);
+    if tests.is_err() && !rest.iter().any(|argument| argument == "--no-fail-fast") {
+        return tests;
+    }
+    tests.and(cargo(library, &[&command[..], &["--doc"]].concat(), rest))
 }
 
 fn cargo(library: Option<&Path>, command: &[&str], arguments: &[String]) -> Result<(), String> {

@@ -161,7 +161,12 @@ impl Generator<'_> {
             None if alone && verb.shows.contains(&Show::FootHeld) => {
                 ("the foot up for ", measure::held_up(tracks, action.side))
             }
-            None if alone && verb.is_pose() => ("held for ", still_seconds(clip)),
+            None if alone
+                && verb.is_pose()
+                && self.number(&verb.name).map_or(Ok(true), |verb| self.is_held(verb))? =>
+            {
+                ("held for ", still_seconds(clip))
+            }
             Some(_) if alone && verb.acts != Acts::Feet => {
                 let count = verb.count.and_then(|rule| measure::count(tracks, &rule, action.side));
                 let period = measure::tempo(tracks, verb, action.side);
@@ -210,6 +215,23 @@ impl Generator<'_> {
         facts
     }
 
+    /// Returns whether a verb without repetitions is a pose that is held, by its own clip: a dance of stops is none.
+    fn is_held(&self, verb: usize) -> Result<bool, LanguageError> {
+        let known = &self.grammar().verbs[verb];
+        let part = PartDraw {
+            verb,
+            mirrored: false,
+            cycles: 0,
+            degrees: 0.0,
+            speed: 1.0,
+            gain: 1.0,
+            action: Action::of(&known.name),
+        };
+        let clip = self.part(&part, None)?;
+        let still = still_seconds(&clip);
+        Ok(known.shows.contains(&Show::FootHeld) || still >= KEPT && still >= POSED * clip.seconds())
+    }
+
     fn number(&self, verb: &str) -> Option<usize> {
         self.grammar().verbs.iter().position(|known| known.name == verb)
     }
@@ -240,8 +262,7 @@ impl Generator<'_> {
         if verb.is_pose() {
             let clip = self.shortened(self.part(&part, Some(rng))?)?;
             // What hardly stands still, such as a dance, is done again.
-            let still = still_seconds(&clip);
-            if still >= KEPT && still >= POSED * clip.seconds() || verb.shows.contains(&Show::FootHeld) {
+            if self.is_held(part.verb)? {
                 return Ok(held(&clip, wanted));
             }
             let times = ((wanted + FADE) / (clip.seconds() - FADE).max(0.5)).round().max(1.0) as usize;

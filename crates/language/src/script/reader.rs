@@ -111,14 +111,16 @@ impl<'a> Reader<'a> {
                 let (action, times) = self.action(verb, &said, &mut script.notes);
                 // "Bend down, pick something up" is one movement in two phrases.
                 let is_posture = piece.join == Join::While;
-                let is_same = is_more_about(script, &action) && (is_posture || before.words != fit.explained);
+                let is_same = ends_with(script, &action)
+                    && action.degrees.is_none()
+                    && (is_posture || before.words != fit.explained);
                 before.words.clone_from(&fit.explained);
                 if is_same && (is_posture || matches!(piece.join, Join::And | Join::Comma)) && said.used.is_empty() {
                     return;
                 }
                 // "About face! 180": the same turn in a number.
                 let same_turn = self.is_turn(&action)
-                    && is_more_about_turn(script, &action)
+                    && ends_with(script, &action)
                     && piece.words.iter().all(|word| said.used.contains(word) || word == "degrees");
                 if same_turn {
                     return;
@@ -663,13 +665,8 @@ fn turns_over(piece: &Piece, words: &[String]) -> bool {
     ways || counts || differ([one.degrees, other.degrees])
 }
 
-/// Returns whether an action is the last one of a script over again.
-fn is_more_about(script: &Script, action: &Action) -> bool {
-    script.clauses.last().is_some_and(|last| last.actions == [action.clone()] && action.degrees.is_none())
-}
-
-/// Returns whether an action is the turn that a script ends with.
-fn is_more_about_turn(script: &Script, action: &Action) -> bool {
+/// Returns whether a script ends with an action.
+fn ends_with(script: &Script, action: &Action) -> bool {
     script.clauses.last().is_some_and(|last| last.actions == [action.clone()])
 }
 
