@@ -1,4 +1,4 @@
-//! Time of the loop: the machine's monotonic clock, or a virtual one.
+//! Time of the loop: the machine's monotonic clock, a virtual one, or that of a record.
 
 /// A clock that can be waited on. Times are nanoseconds since the loop's start.
 pub trait Clock {
@@ -73,5 +73,32 @@ impl Clock for VirtualClock {
     fn wait_until(&mut self, deadline: u64) -> u64 {
         self.now = self.now.max(deadline);
         self.now
+    }
+}
+
+/// The clock of a record: it is where its ticks were, one after the other, as fast as the loop asks. After the last it goes on
+/// as a [`VirtualClock`].
+#[derive(Debug, Clone)]
+pub struct RecordedClock {
+    ticks: std::vec::IntoIter<u64>,
+    clock: VirtualClock,
+}
+
+impl RecordedClock {
+    /// A clock of ticks (ns), in the order of time.
+    pub fn new(ticks: Vec<u64>) -> Self {
+        let now = ticks.first().copied().unwrap_or(0);
+        Self { ticks: ticks.into_iter(), clock: VirtualClock { now } }
+    }
+}
+
+impl Clock for RecordedClock {
+    fn now(&mut self) -> u64 {
+        self.clock.now()
+    }
+
+    fn wait_until(&mut self, deadline: u64) -> u64 {
+        let tick = self.ticks.next().unwrap_or(deadline);
+        self.clock.wait_until(tick)
     }
 }

@@ -29,7 +29,7 @@ pub mod udp;
 pub mod wiggle;
 
 pub use bus::{Bus, External, Facts, Measurement};
-pub use clock::{Clock, MonotonicClock, VirtualClock};
+pub use clock::{Clock, MonotonicClock, RecordedClock, VirtualClock};
 pub use config::Config;
 pub use drive::{Summary, drive};
 pub use error::RuntimeError;

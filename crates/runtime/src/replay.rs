@@ -1,6 +1,7 @@
 //! Replay of a record: the same controller sees the same packets at the same times, and must send the same bytes.
 
 use crate::bus::{Bus, Facts, Measurement};
+use crate::clock::RecordedClock;
 use crate::error::RuntimeError;
 use crate::gate::SafeCommand;
 use crate::record::{CommandMessage, Entry, Record};
@@ -82,7 +83,8 @@ fn difference(
         })
 }
 
-/// A bus that plays the packets of a record, one tick's after the other, and sends nothing.
+/// A bus that plays the packets of a record, one tick's after the other, and sends nothing. It belongs to [`Self::clock`]: on
+/// another clock the packets would come late.
 #[derive(Debug)]
 pub struct ReplayBus {
     facts: Facts,
@@ -90,6 +92,7 @@ pub struct ReplayBus {
     packets: std::vec::IntoIter<(u64, Measurement)>,
     next: Option<(u64, Measurement)>,
     tick: u64,
+    times: Vec<u64>,
 }
 
 impl ReplayBus {
@@ -104,16 +107,21 @@ impl ReplayBus {
             expected: "facts of a robot".into(),
             got: error.to_string(),
         })?;
-        let (mut tick, mut packets) = (0, Vec::new());
+        let (mut times, mut packets) = (Vec::new(), Vec::new());
         for entry in &record.entries {
             match entry {
-                Entry::Measured(message) => packets.push((tick, message.packet())),
-                Entry::Command(_) => tick += 1,
+                Entry::Measured(message) => packets.push((times.len() as u64, message.packet())),
+                Entry::Command(message) => times.push(message.time_ns),
                 Entry::Policy(_) => {}
             }
         }
         let mut packets = packets.into_iter();
-        Ok(Self { facts, next: packets.next(), packets, tick: 0 })
+        Ok(Self { facts, next: packets.next(), packets, tick: 0, times })
+    }
+
+    /// Returns the clock of its ticks.
+    pub fn clock(&self) -> RecordedClock {
+        RecordedClock::new(self.times.clone())
     }
 }
 

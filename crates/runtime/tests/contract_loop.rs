@@ -10,7 +10,8 @@ use std::collections::BTreeMap;
 use common::{Fault, Plant};
 use lifelike_runtime::record::{Attachment, Entry, Record, Recorder};
 use lifelike_runtime::replay::{ReplayBus, replay};
-use lifelike_runtime::{Bus, Facts, Measurement, Phase, Request, RuntimeError, StateEstimator, VirtualClock, drive};
+use lifelike_runtime::gate::Cause;
+use lifelike_runtime::{Bus, Clock, Facts, Measurement, Phase, Request, RuntimeError, StateEstimator, VirtualClock, drive};
 
 /// Counts the allocations of a thread.
 struct Counting;
@@ -179,6 +180,37 @@ fn a_record_is_a_bus() {
     let summary = drive(&mut supervisor, &mut bus, &mut VirtualClock::default(), None, |_, _| Some(Request::Run));
     let commands = record.entries.iter().filter(|entry| matches!(entry, Entry::Command(_))).count() as u64;
     assert_eq!((summary.trip, summary.ticks), (None, commands));
+}
+
+/// A loop that slept for 20 ms eight times, while its robot went on: replayed at another time, its packets are early or late.
+#[test]
+fn a_record_with_gaps_is_replayed_at_its_own_times() {
+    let folder = record(Fault::None);
+    let mut record = Record::read(&folder.path().join("run.mcap")).unwrap();
+    let mut ticks = 0;
+    for entry in &mut record.entries {
+        let gaps = 20_000_000 * (ticks / 100).min(8);
+        match entry {
+            Entry::Measured(message) => {
+                message.time_ns += gaps;
+                message.clock_ns += gaps;
+            }
+            Entry::Command(message) => {
+                message.time_ns += gaps;
+                ticks += 1;
+            }
+            Entry::Policy(_) => {}
+        }
+    }
+    let trip = |clock: &mut dyn Clock| {
+        let mut bus = ReplayBus::new(&record).unwrap();
+        let mut supervisor = common::supervisor(&common::controller(), |_| {});
+        let summary = drive(&mut supervisor, &mut bus, clock, None, |_, _| Some(Request::Run));
+        (summary.trip.map(|trip| trip.cause), summary.ticks)
+    };
+    let mut clock = ReplayBus::new(&record).unwrap().clock();
+    assert_eq!(trip(&mut clock), (None, ticks));
+    assert_eq!(trip(&mut VirtualClock::default()).0, Some(Cause::ClockJump));
 }
 
 #[test]

@@ -213,10 +213,9 @@ impl Workshop {
 
     /// Returns the motion of a sentence: the network's, where it does what was understood, else that of the grammar's rules.
     fn said(&self, block: &Block, sentence: &str, seed: u64, tail: Option<&MotionClip>) -> Result<Whole, StudioError> {
-        let understood = Understood::read(sentence, block.seconds)?;
-        let exact = understood.as_ref().is_some_and(Understood::is_exact);
-        let generator = self.generator.as_ref().filter(|_| !exact);
-        let generator = generator.filter(|one| understood.as_ref().is_none_or(|u| u.was_learned(one, sentence)));
+        let understood = Understood::read(sentence, block.seconds, &self.robot)?;
+        let is_learned = |one: &&Arc<Generator>| understood.as_ref().is_none_or(|u| u.was_learned(one, sentence));
+        let generator = self.generator.as_ref().filter(is_learned);
         let learned = generator.map(|generator| self.learned(generator, block, sentence, seed, tail));
         let Some(understood) = understood else {
             let Some(learned) = learned else {
@@ -231,7 +230,7 @@ impl Workshop {
             learned => (learned.and_then(Result::ok), None),
         };
         let (mut clip, continues, by) = match learned {
-            Some(clip) if understood.holds(&clip, from, &self.robot)? => (clip, tail.is_some(), "network"),
+            Some(clip) if understood.holds(&clip, from)? => (clip, tail.is_some(), "network"),
             _ => (understood.by_rules(block.seed.unwrap_or(seed), &self.robot)?, false, "rules"),
         };
         clip.provenance.source = format!("{} (by {by})", understood.words());

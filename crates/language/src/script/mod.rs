@@ -131,6 +131,12 @@ impl Clause {
         !self.postures.is_empty() && self.actions.iter().all(|action| action.verb == "stand")
     }
 
+    /// Returns whether a network may make it: one action, once. Durations and postures are exact by rule alone.
+    pub fn is_plain(&self) -> bool {
+        let is_timed = self.seconds.is_some() || self.rise.is_some();
+        !is_timed && self.times <= 1 && self.actions.len() == 1 && self.postures.is_empty()
+    }
+
     /// Returns what can be checked on its motion.
     pub fn facts(&self) -> Facts {
         let relation = if self.actions.len() > 1 { Relation::While } else { Relation::Single };

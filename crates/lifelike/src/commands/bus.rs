@@ -6,7 +6,7 @@ use lifelike_robot::Robot;
 use lifelike_runtime::record::Record;
 use lifelike_runtime::replay::ReplayBus;
 use lifelike_runtime::udp::UdpBus;
-use lifelike_runtime::{Bus, Config};
+use lifelike_runtime::{Bus, Clock, Config, MonotonicClock};
 
 use crate::error::CliError;
 
@@ -14,14 +14,29 @@ use crate::error::CliError;
 const EXPECTED: &str = "sim:HOST:PORT, replay:FILE, unitree:INTERFACE[,mode_machine=N] or \
     ros2:DOMAIN[,interface=NAME][,states=TOPIC][,imu=TOPIC][,commands=TOPIC]";
 
+/// A machine, and the clock of its loop.
+pub(super) struct Connection {
+    pub(super) bus: Box<dyn Bus>,
+    pub(super) clock: Box<dyn Clock>,
+}
+
+impl Connection {
+    fn now(bus: impl Bus + 'static) -> Self {
+        Self { bus: Box::new(bus), clock: Box::new(MonotonicClock::start()) }
+    }
+}
+
 /// Opens a bus by its name.
 ///
 /// # Errors
 /// The name is none of a bus; this build lacks it; the machine does not answer.
-pub(super) fn connect(name: &str, robot: &Robot, config: &Config) -> Result<Box<dyn Bus>, CliError> {
+pub(super) fn connect(name: &str, robot: &Robot, config: &Config) -> Result<Connection, CliError> {
     match name.split_once(':') {
-        Some(("sim", address)) => Ok(Box::new(UdpBus::connect(address)?)),
-        Some(("replay", file)) => Ok(Box::new(ReplayBus::new(&Record::read(Path::new(file))?)?)),
+        Some(("sim", address)) => Ok(Connection::now(UdpBus::connect(address)?)),
+        Some(("replay", file)) => {
+            let bus = ReplayBus::new(&Record::read(Path::new(file))?)?;
+            Ok(Connection { clock: Box::new(bus.clock()), bus: Box::new(bus) })
+        }
         Some((kind @ ("unitree" | "ros2"), rest)) => over_dds(name, kind, rest, robot, config),
         _ => Err(wrong(name)),
     }
@@ -32,7 +47,7 @@ fn wrong(name: &str) -> CliError {
 }
 
 #[cfg(feature = "dds")]
-fn over_dds(name: &str, kind: &str, rest: &str, robot: &Robot, config: &Config) -> Result<Box<dyn Bus>, CliError> {
+fn over_dds(name: &str, kind: &str, rest: &str, robot: &Robot, config: &Config) -> Result<Connection, CliError> {
     let mut parts = rest.split(',');
     let first = parts.next().unwrap_or_default();
     let pairs = parts.map(|part| part.split_once('=').ok_or_else(|| wrong(name))).collect::<Result<Vec<_>, _>>()?;
@@ -42,7 +57,7 @@ fn over_dds(name: &str, kind: &str, rest: &str, robot: &Robot, config: &Config) 
             let number = value.parse().ok().filter(|_| key == "mode_machine");
             mode_machine = Some(number.ok_or_else(|| wrong(name))?);
         }
-        return Ok(Box::new(lifelike_dds::unitree(first, mode_machine, robot)?));
+        return Ok(Connection::now(lifelike_dds::unitree(first, mode_machine, robot)?));
     }
     let domain = first.parse().map_err(|_| wrong(name))?;
     let mut options = lifelike_dds::Ros2Options { domain, ..Default::default() };
@@ -56,11 +71,11 @@ fn over_dds(name: &str, kind: &str, rest: &str, robot: &Robot, config: &Config) 
         };
         *option = value.into();
     }
-    Ok(Box::new(lifelike_dds::ros2(&options, robot, config.command_hz)?))
+    Ok(Connection::now(lifelike_dds::ros2(&options, robot, config.command_hz)?))
 }
 
 #[cfg(not(feature = "dds"))]
-fn over_dds(name: &str, _: &str, _: &str, _: &Robot, _: &Config) -> Result<Box<dyn Bus>, CliError> {
+fn over_dds(name: &str, _: &str, _: &str, _: &Robot, _: &Config) -> Result<Connection, CliError> {
     Err(CliError::Unavailable(format!(
         "--bus {name}: this build has no DDS; build it with: cargo build --release -p lifelike --features dds"
     )))

@@ -11,14 +11,15 @@ use lifelike_robot::GetUpScript;
 use lifelike_runtime::record::{Attachment, Recorder};
 use lifelike_runtime::timing::Quantiles;
 use lifelike_runtime::{
-    Bus, Config, Facts, Limits, MonotonicClock, Phase, Playlist, Request, Summary, Supervisor, drive, handshake,
+    Bus, Clock, Config, Facts, Limits, Phase, Playlist, Request, Summary, Supervisor, drive, handshake,
     scheduling, wiggle,
 };
 use serde_json::json;
 
 use crate::commands::controller_file::Loaded;
 use crate::commands::export::Source;
-use crate::commands::{bus, clips, script};
+use crate::commands::bus::{self, Connection};
+use crate::commands::{clips, script};
 use crate::error::CliError;
 use crate::next::{self, NextCommand};
 use crate::output::{Output, table};
@@ -128,11 +129,12 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let get_up = args.get_up.as_deref().map(script::read).transpose()?;
     let prepared = Prepared { loaded, clips, config, standing: args.standing, get_up };
     let mut supervisor = prepared.supervisor()?;
-    let mut bus = bus::connect(bus, prepared.loaded.controller.robot(), &prepared.config)?;
+    let Connection { mut bus, mut clock } =
+        bus::connect(bus, prepared.loaded.controller.robot(), &prepared.config)?;
     let facts = bus.facts()?;
     handshake::check(supervisor.controller(), &facts, supervisor.config())?;
     if args.wiggle {
-        return wiggled(&prepared, bus.as_mut(), output);
+        return wiggled(&prepared, bus.as_mut(), clock.as_mut(), output);
     }
     let recorder = args.record.as_deref().map(|path| begin_record(path, args, &prepared, controller, &facts));
     let mut recorder = recorder.transpose()?;
@@ -153,8 +155,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         idle += u64::from(phase == Phase::Idle);
         if idle > patience { None } else { ask(now, phase) }
     };
-    let mut clock = MonotonicClock::start();
-    let summary = drive(&mut supervisor, bus.as_mut(), &mut clock, recorder.as_mut(), patient);
+    let summary = drive(&mut supervisor, bus.as_mut(), clock.as_mut(), recorder.as_mut(), patient);
     if let Some(recorder) = recorder {
         recorder.finish()?;
     }
@@ -219,14 +220,13 @@ fn text(summary: &Summary) -> String {
 }
 
 /// Tries every motor on a stand.
-fn wiggled(prepared: &Prepared, bus: &mut dyn Bus, output: &Output) -> Result<(), CliError> {
+fn wiggled(prepared: &Prepared, bus: &mut dyn Bus, clock: &mut dyn Clock, output: &Output) -> Result<(), CliError> {
     let robot = prepared.loaded.controller.robot();
     let joints = &robot.layout.joints;
     let config = &prepared.config;
     let limits = Limits::of(robot, config.limits.clone())?;
     scheduling::real_time().iter().for_each(|line| tracing::warn!("{line}"));
-    let mut clock = MonotonicClock::start();
-    let (responses, trip) = wiggle::identify(joints, limits, config.command_hz, bus, &mut clock);
+    let (responses, trip) = wiggle::identify(joints, limits, config.command_hz, bus, clock);
     let defects = wiggle::defects(&responses, joints);
     let trip = trip.map(|trip| trip.words(joints));
     let value = json!({ "responses": responses, "defects": defects, "trip": trip });

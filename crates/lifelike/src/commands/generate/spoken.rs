@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use lifelike_checkpoint::rng::stream;
 use lifelike_generation::representation::{FeatureMatrix, RepresentationSpec};
-use lifelike_language::checks::{Fact, Finding};
+use lifelike_language::checks::Finding;
 use lifelike_language::grammar::{FADE, Generator as Rules, Grammar, words};
 use lifelike_language::script::{Clause, Reader, Script};
 use lifelike_motion::edit::{Part, sequence, trim};
@@ -20,8 +20,6 @@ use crate::error::CliError;
 const TRIES: usize = 4;
 /// Distance of the seeds of two candidates.
 const NEXT_SEED: u64 = 0xA24B_AED4_963E_E407;
-/// Largest error of an angle (degrees).
-const DEGREES: f64 = 10.0;
 
 /// Maker of clauses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -101,26 +99,7 @@ impl<'a> Speaker<'a> {
     pub fn new(grammar: &'a Grammar, robot: &'a Arc<Robot>, scripts: &mut [Script], by: By) -> Result<Self, CliError> {
         let mut options = clips::retarget_options(robot);
         clips::limit_speeds(&mut options, robot);
-        let prepared = |scripts: &[Script]| {
-            let actions = scripts.iter().flat_map(|script| &script.clauses).flat_map(|clause| &clause.actions);
-            let verbs: Vec<&str> = actions.map(|action| action.verb.as_str()).collect();
-            Rules::of_verbs(grammar, &robot.character, &robot.anatomy, options.clone(), &verbs)
-        };
-        let mut rules = prepared(scripts)?;
-        let left_out: Vec<String> = rules.left_out.iter().map(|(verb, _)| verb.clone()).collect();
-        let left_out: Vec<&str> = left_out.iter().map(String::as_str).collect();
-        let mut changed = false;
-        for script in scripts.iter_mut() {
-            changed |= script.without_head(&left_out, grammar);
-        }
-        if changed {
-            rules = prepared(scripts)?;
-        }
-        let actions = scripts.iter().flat_map(|script| &script.clauses).flat_map(|clause| &clause.actions);
-        let verbs: Vec<&str> = actions.map(|action| action.verb.as_str()).collect();
-        if let Some((verb, why)) = rules.left_out.iter().find(|(verb, _)| verbs.contains(&verb.as_str())) {
-            return Err(CliError::Input(format!("{} cannot do '{verb}': {why}", robot.name)));
-        }
+        let rules = Rules::of_scripts(grammar, &robot.character, &robot.anatomy, &options, scripts)?;
         Ok(Self { grammar, robot: Arc::clone(robot), rules, by })
     }
 
@@ -196,16 +175,11 @@ impl<'a> Speaker<'a> {
     ) -> Result<(MotionClip, Vec<Finding>, &'static str), CliError> {
         let maker = maker.filter(|_| self.by != By::Rules);
         // What the network composes of two actions skates (docs/results/language.md).
-        // Durations and sizes of arcs are exact by rule alone.
-        let timed = (clause.seconds.is_some() || clause.rise.is_some()) && self.by == By::Auto;
-        let whole = !timed
-            && clause.times <= 1
-            && clause.postures.is_empty()
-            && (clause.actions.len() == 1 || self.by == By::Network);
+        let whole = clause.is_plain() || (self.by == By::Network && clause.times <= 1 && clause.postures.is_empty());
         if let Some(maker) = maker.filter(|_| whole) {
             let made = self.learned(maker, clause, seed, index)?;
             let holds = match &made {
-                Some((clip, findings)) => self.holds(clip, findings, clause)?,
+                Some((clip, findings)) => self.rules.holds(clip, findings, clause)?,
                 None => false,
             };
             if let Some((clip, findings)) = made.filter(|_| holds || self.by == By::Network) {
@@ -214,16 +188,6 @@ impl<'a> Speaker<'a> {
         }
         let made = self.rules.perform(clause, seed, index)?;
         Ok((made.clip, made.findings, "rules"))
-    }
-
-    /// Returns whether facts, angles and duration are met.
-    fn holds(&self, clip: &MotionClip, findings: &[Finding], clause: &Clause) -> Result<bool, CliError> {
-        let angle = |finding: &Finding| match (finding.fact, finding.got.parse::<f64>(), clause.actions[0].degrees) {
-            (Fact::Degrees, Ok(got), Some(wanted)) => (got - f64::from(wanted)).abs() <= DEGREES,
-            _ => true,
-        };
-        let duration = self.rules.lasting(clip, clause)?.is_none_or(|finding| finding.passed);
-        Ok(duration && findings.iter().all(|finding| finding.passed && angle(finding)))
     }
 
     /// Returns the network's motion with the fewest untrue facts; nothing where it makes none of this length.
@@ -257,7 +221,7 @@ impl<'a> Speaker<'a> {
         for candidate in candidates {
             let findings = self.rules.findings(&candidate.clip, clause)?;
             let untrue = findings.iter().filter(|f| !f.passed).count() + usize::from(!candidate.verdict.feasible);
-            let done = untrue == 0 && self.holds(&candidate.clip, &findings, clause)?;
+            let done = untrue == 0 && self.rules.holds(&candidate.clip, &findings, clause)?;
             if done {
                 return Ok(Some((candidate.clip, findings)));
             }
