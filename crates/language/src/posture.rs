@@ -167,6 +167,13 @@ impl Posture {
             && sink.is_none()
     }
 
+    /// Returns whether it moves an arm and a foot, or both arms each its own way: what no single verb does.
+    pub fn is_combined(&self) -> bool {
+        let arms = [self.left_arm, self.right_arm];
+        let feet = self.left_foot.is_some() || self.right_foot.is_some();
+        arms.iter().any(Option::is_some) && feet || arms.iter().all(Option::is_some) && arms[0] != arms[1]
+    }
+
     /// Returns whether it moves arms and nothing else.
     pub fn moves_only_arms(&self) -> bool {
         let arms = Self { left_arm: None, right_arm: None, ..self.clone() };

@@ -8,10 +8,12 @@ use std::cell::Cell;
 use std::collections::BTreeMap;
 
 use common::{Fault, Plant};
+use lifelike_runtime::gate::Cause;
 use lifelike_runtime::record::{Attachment, Entry, Record, Recorder};
 use lifelike_runtime::replay::{ReplayBus, replay};
-use lifelike_runtime::gate::Cause;
-use lifelike_runtime::{Bus, Clock, Facts, Measurement, Phase, Request, RuntimeError, StateEstimator, VirtualClock, drive};
+use lifelike_runtime::{
+    Bus, Clock, Facts, Measurement, Phase, Request, RuntimeError, StateEstimator, VirtualClock, drive,
+};
 
 /// Counts the allocations of a thread.
 struct Counting;

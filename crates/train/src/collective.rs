@@ -1,11 +1,8 @@
 //! Learning in several processes at once: each has environments of its own, and all take the same gradient steps.
 //!
 //! Shared quantities are summed over the processes: gradients, the moments of observations and advantages, the
-//! divergence that controls the learning rate, and stop requests. All other data stays local. The transport is MPI,
-//! which clusters already run (cargo feature `mpi`).
-
-#[cfg(feature = "mpi")]
-pub mod mpi;
+//! divergence that controls the learning rate, and stop requests. All other data stays local. The transport is the
+//! program's: MPI, which clusters already run.
 
 /// Sums over processes. Every process must call the same methods in the same order.
 pub trait Collective: Send + Sync {

@@ -17,7 +17,7 @@ use super::words::captions;
 use crate::checks::{Finding, Tracks, check, measure};
 use crate::dataset::Entry;
 use crate::error::LanguageError;
-use crate::facts::{HeldOut, Mood, Nominal, Relation, Side};
+use crate::facts::{HeldOut, Mood, Nominal, Relation, Side, Size};
 use crate::touch::{LEG, Touching, leg_length};
 
 /// Shortest and longest clip (s).
@@ -36,6 +36,8 @@ const RADII: [f64; 2] = [0.45, 6.0];
 pub(super) const GRAVITY: f64 = 9.81;
 /// Length of a step to the side (m, of the keyframed figure).
 const SIDE_STEP: f64 = 0.17;
+/// Depth of the pelvis in one giant step (m, of the keyframed figure).
+const DEEP: f64 = 0.12;
 
 /// Makes clips with captions and facts of a grammar, for one robot.
 pub struct Generator<'a> {
@@ -292,7 +294,12 @@ impl<'a> Generator<'a> {
             Some(Synth::Diagonal) => score.sideways(part.cycles, [SIDE_STEP, SIDE_STEP]),
             None => {}
         }
-        if locomotion && verb.synth.is_none() {
+        let is_step = verb.cycle.as_ref().is_some_and(|cycle| cycle.count == 1);
+        if locomotion && verb.synth.is_none() && is_step && part.action.size == Some(Size::Big) {
+            // One giant step: as far as bent knees reach.
+            score.deeper(DEEP);
+            score.longer_steps(part.gain);
+        } else if locomotion && verb.synth.is_none() {
             score.longer_steps(if part.gain > 1.2 { 1.0 + 0.6 * (part.gain - 1.0) } else { part.gain });
         }
         if let Some(rng) = rng {

@@ -81,9 +81,14 @@ impl Figure {
     /// Returns the figure as it is written: free arms keep the balance on one foot.
     fn balanced(&self) -> Self {
         let mut out = *self;
+        // Arms that hang do so by their weight, also of a trunk that leans.
+        let hangs = self.arms.map(|arm| arm == Arm::HANGING);
+        for (arm, _) in out.arms.iter_mut().zip(hangs).filter(|(_, hangs)| *hangs) {
+            arm.raise = self.trunk.pitch.max(0.0);
+        }
         if self.feet.iter().any(|foot| foot.height > 0.0) {
             out.sink = self.sink.max(BENT_KNEE);
-            for arm in out.arms.iter_mut().filter(|arm| **arm == Arm::HANGING) {
+            for (arm, _) in out.arms.iter_mut().zip(hangs).filter(|(_, hangs)| *hangs) {
                 arm.aside = BALANCE;
             }
         }
@@ -264,6 +269,9 @@ impl Generator<'_> {
             let side = match (posture.left_arm, posture.right_arm) {
                 (Some(_), None) => Side::Left,
                 (None, Some(_)) => Side::Right,
+                // Of arms that differ, the bent one touches.
+                (Some(left), Some(right)) if left.elbow > right.elbow + BENT => Side::Left,
+                (Some(left), Some(right)) if right.elbow > left.elbow + BENT => Side::Right,
                 _ => Side::Both,
             };
             clip = touching.reached(&clip, (self.character(), self.anatomy()), (touch, side), self.options())?;

@@ -280,6 +280,15 @@ impl Score {
         }
     }
 
+    /// Lowers the pelvis so that its lowest key is at a depth (m).
+    pub fn deeper(&mut self, depth: f64) {
+        let Some(keys) = self.keys.get_mut(&("pelvis".to_string(), "z".to_string())) else { return };
+        let lowest = keys.iter().map(|key| key.1).fold(0.0, f64::min);
+        if lowest < 0.0 && lowest > -depth {
+            keys.iter_mut().for_each(|key| key.1 *= -depth / lowest);
+        }
+    }
+
     /// Scales the length of the steps of every gait and step.
     pub fn longer_steps(&mut self, gain: f64) {
         for gait in &mut self.gaits {

@@ -42,9 +42,7 @@ impl<'a> Generator<'a> {
         }
         let wanted = verbs(scripts);
         match generator.left_out.iter().find(|(verb, _)| wanted.contains(verb)) {
-            Some((verb, why)) => {
-                Err(LanguageError::Grammar(format!("'{}' cannot do '{verb}': {why}", character.name)))
-            }
+            Some((verb, why)) => Err(LanguageError::Grammar(format!("'{}' cannot do '{verb}': {why}", character.name))),
             None => Ok(generator),
         }
     }

@@ -31,6 +31,17 @@ const SWAYING: [&str; 7] = ["balance", "sway", "bounce", "shift_weight", "hip_ci
 const SOME: u32 = 3;
 
 impl Reader<'_> {
+    /// Puts a comma before the verb of "while bowing spread your arms".
+    pub(super) fn opened(&self, mut words: Vec<String>) -> Vec<String> {
+        let opens = matches!(words.as_slice(), [first, second, ..]
+            if ["while", "whilst", "when"].contains(&first.as_str()) && second.ends_with("ing"));
+        let is_main = |word: &String| self.phrases.is_main_verb(word) && !word.ends_with("ing");
+        if let Some(at) = words.iter().position(is_main).filter(|_| opens && !words.iter().any(|word| word == ",")) {
+            words.insert(at, ",".into());
+        }
+        words
+    }
+
     /// Puts one repetition where nobody says how often, for verbs that people do once.
     pub(super) fn once(&self, mut script: Script) -> Script {
         for clause in script.clauses.iter_mut().filter(|clause| clause.seconds.is_none()) {

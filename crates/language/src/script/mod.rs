@@ -12,8 +12,10 @@ mod learned;
 mod limbs;
 mod manners;
 mod meaning;
+mod mirrored;
 mod numbers;
 mod phrases;
+mod plain;
 mod postures;
 mod reader;
 mod reading;
@@ -180,6 +182,15 @@ impl Script {
             }
         }
         changed
+    }
+
+    /// Appends another script: it is done after this one.
+    pub fn append(&mut self, mut other: Self) {
+        other.impossible.iter_mut().for_each(|one| one.at += self.clauses.len());
+        self.clauses.append(&mut other.clauses);
+        self.unknown.append(&mut other.unknown);
+        self.notes.append(&mut other.notes);
+        self.impossible.append(&mut other.impossible);
     }
 
     /// Returns whether an action needs a time without any foot on the ground.

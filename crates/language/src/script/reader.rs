@@ -102,6 +102,7 @@ impl<'a> Reader<'a> {
                 let said = paced(of_supporting_leg(verb, &piece.words, said), &mut script.notes);
                 let last = script.clauses.iter().rev().find(|one| one.actions[0].verb != "stand");
                 let said = back_again(verb, &piece.words, said, last);
+                let verb = self.both_ways(verb, &said);
                 let single = matches!(verb.side, Some(Side::Left | Side::Right)) || verb.is_of_each_hand();
                 if single && said.side == Some(Side::Both) && said.in_turn {
                     self.in_turn(script, verb, &said);
@@ -179,7 +180,7 @@ impl<'a> Reader<'a> {
         let mut last_verb: Option<String> = None;
         let words = spelt(&self.phrases, normal(text), &mut script.notes);
         let words = without_negations(words, &mut script.notes);
-        let words = self.counted_words(Self::held_together(words));
+        let words = self.opened(self.counted_words(Self::held_together(words)));
         for mut group in self.grouped(pieces(&words)) {
             if let (None, Some(verb)) = (&group.fit, &last_verb) {
                 self.repeat_verb(&mut group, verb);
@@ -337,7 +338,10 @@ impl<'a> Reader<'a> {
                 }
                 // "Walk backwards, hands behind your head" is the same without "with".
                 (Some(fit), Join::Comma) if is_posture(&words, fit) => true,
-                (Some(fit), Join::And | Join::Comma) => fit.has_verb || out.is_empty(),
+                // "A curtsy, a twirl, a curtsy": a way of the feet is an action without a verb, too.
+                (Some(fit), Join::And | Join::Comma) => {
+                    fit.has_verb || out.is_empty() || self.is_of_feet(fit) && self.explains_all(&words, fit)
+                }
                 (fit, _) => fit.is_some() || matches!(join, Join::Then) && out.is_empty(),
             };
             let join = if (join == Join::With || postured) && stands { Join::While } else { join };

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use super::beside::without_negations;
 use super::learned::{Stretch, Taken};
+use super::mirrored::{add_mirror_image, divided};
 use super::phrases::{Fit, Meaning};
 use super::postures::{Segment, overlaid, segments};
 use super::reader::{Before, MOST_WITHIN, Piece, Reader};
@@ -65,8 +66,14 @@ impl Reader<'_> {
         }
     }
 
-    /// Reads a sentence by both. "Repeat it" does everything before it again.
+    /// Reads a sentence by both. "Repeat it" does everything before it again, "on the other side" its mirror image.
     fn read_by_both(&self, text: &str) -> Script {
+        if let Some((before, after)) = divided(text) {
+            let mut script = self.read_by_both(&before);
+            add_mirror_image(&mut script);
+            script.append(self.read_by_both(&after));
+            return script;
+        }
         let Some((before, times)) = repeated(text) else { return self.read_once(text) };
         let mut script = self.read_once(&before);
         let clauses = std::mem::take(&mut script.clauses);
@@ -152,12 +159,7 @@ impl Reader<'_> {
             match segment {
                 Segment::Postures(clause) => script.clauses.push(clause),
                 Segment::Words(text) => {
-                    let mut part = self.read_by_both(&text);
-                    part.impossible.iter_mut().for_each(|one| one.at += script.clauses.len());
-                    script.clauses.append(&mut part.clauses);
-                    script.unknown.append(&mut part.unknown);
-                    script.notes.append(&mut part.notes);
-                    script.impossible.append(&mut part.impossible);
+                    script.append(self.read_by_both(&text));
                 }
             }
         }
@@ -184,7 +186,7 @@ impl Reader<'_> {
     fn read_by_network(&self, text: &str) -> ByNetwork {
         let mut script = Script::default();
         let words = spelt(&self.phrases, normal(text), &mut script.notes);
-        let words = without_negations(words, &mut script.notes);
+        let words = self.counted_words(without_negations(words, &mut script.notes));
         let stretches = self.learned.read(&words);
         let certainty = stretches.iter().map(|one| one.certainty).reduce(f64::min).unwrap_or(0.0);
         let asking = stretches.iter().flat_map(|one| one.words.iter().cloned()).collect();
@@ -199,6 +201,10 @@ impl Reader<'_> {
                         let name = self.name(meaning);
                         script.notes.push(format!("'{text}' is taken for '{name}', {:.0}% sure", 100.0 * certainty));
                     }
+                    self.perform(&mut script, &Piece { join, words, fit: Some(fit) }, &mut before, MOST_WITHIN);
+                }
+                // A phrase that says every word is known better.
+                Taken::Impossible if let Some(fit) = self.whole(&words) => {
                     self.perform(&mut script, &Piece { join, words, fit: Some(fit) }, &mut before, MOST_WITHIN);
                 }
                 Taken::Impossible => {
@@ -217,6 +223,17 @@ impl Reader<'_> {
             }
         }
         ByNetwork { script, certainty, asking }
+    }
+
+    /// Returns the verb or compound of which a phrase explains all words.
+    fn whole(&self, words: &[String]) -> Option<Fit> {
+        const NOTHING: [&str; 6] = ["a", "an", "the", "your", "you", "please"];
+        let explains = |fit: &Fit| {
+            let is_said = |word: &String| fit.explained.contains(&self.phrases.base(word));
+            words.iter().all(|word| is_said(word) || NOTHING.contains(&word.as_str()))
+        };
+        let is_action = |fit: &Fit| !matches!(fit.meaning, Meaning::Instead(_)) && fit.has_verb;
+        self.fit(words).filter(|fit| is_action(fit) && explains(fit))
     }
 
     /// Returns the likeliest action for a text that was not understood, and its probability.

@@ -105,7 +105,12 @@ pub(super) fn said(words: &[String]) -> Said {
         out.used.push("halfway".into());
     }
     let has = |pair: [&str; 2]| words.windows(2).any(|two| two[0] == pair[0] && two[1] == pair[1]);
-    if has(["other", "way"]) || has(["other", "direction"]) || has(["u", "turn"]) || has(["about", "face"]) {
+    if has(["other", "way"])
+        || has(["other", "direction"])
+        || has(["u", "turn"])
+        || has(["about", "face"])
+        || has(["about", "turn"])
+    {
         out.degrees.get_or_insert(180);
     }
     if has(["turn", "back"]) || has(["turns", "back"]) || has(["turning", "back"]) {
@@ -372,6 +377,8 @@ fn numbered(out: &mut Said, words: &[String], at: usize) -> bool {
                     out.pace = unit_of_pace(next).map(|unit| (1e3 * value * unit).round() / 1e3);
                     out.used.push(next.to_string());
                 }
+                // "Turn your head 45 to the left".
+                _ if is_angle(words, at) => out.degrees = Some(whole as u32),
                 // "Do a 360": more than anybody counts is an angle.
                 _ if (60.0..=1080.0).contains(&whole) => out.degrees = Some(whole as u32),
                 // Half a time, or two of a unit that is not known, is no count.
@@ -382,6 +389,15 @@ fn numbered(out: &mut Said, words: &[String], at: usize) -> bool {
         }
     }
     true
+}
+
+/// Returns whether a number that ends its words, or stands before a side, is an angle.
+fn is_angle(words: &[String], at: usize) -> bool {
+    const TURNS: [&str; 8] = ["turn", "rotate", "tilt", "lean", "twist", "look", "bend", "pivot"];
+    let is_round = number(&words[at]).is_some_and(|n| (15.0..60.0).contains(&n) && n % 5.0 == 0.0);
+    let turns = words[..at].iter().any(|word| TURNS.contains(&word.as_str()));
+    let next = words.get(at + 1).map_or("", String::as_str);
+    is_round && turns && ["", "to", "left", "right", "clockwise", "counterclockwise"].contains(&next)
 }
 
 /// Returns whether a word is a number that is not whole.

@@ -2,6 +2,7 @@
 
 use super::manners::with_manners;
 use super::numbers::{with_digits, with_plain_numbers, with_units};
+use super::plain::plainly;
 
 /// Relation of a piece to the one before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -149,7 +150,7 @@ pub(super) fn normal(text: &str) -> Vec<String> {
         }
     }
     let words: Vec<String> = words.into_iter().skip_while(|word| word == "|" || word == ",").collect();
-    with_units(with_digits(without_frame(&words)))
+    plainly(with_units(with_digits(without_frame(&words))))
 }
 
 /// Returns text with the numbers of a list as full stops: "1. squat 2) jump". A list has a first and a second item.

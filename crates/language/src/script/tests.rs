@@ -131,6 +131,37 @@ fn free_words_become_actions() {
 }
 
 #[test]
+fn what_is_left_out_or_said_otherwise_is_done() {
+    for (text, expected) in [
+        (
+            "lean to the right and reach up with the left arm, then other way round",
+            "trunk to the right 18; then left arm up 160 degrees; then left arm down, trunk to the left 18; then right arm up 160 degrees",
+        ),
+        ("kick with the left leg, now the other side", "kick, left side; then kick, right side"),
+        (
+            "one arm goes up, the other goes out sideways. then swap them",
+            "left arm to the side 93 degrees, right arm up 160 degrees; then left arm up 160 degrees, right arm to the side 93 degrees",
+        ),
+        ("jump once, then two times in a row", "jump, in place, once; then jump, in place, 2 times"),
+        ("clap over your head each time you jump", "clap overhead, both side while: jump, in place, once"),
+        ("look left and right while you're walking", "look around while: walk, forward"),
+        ("right arm straight ahead, left leg straight back", "right arm ahead 90 degrees, left foot up behind"),
+        ("lean left by ten degrees, then right by twenty", "trunk to the left 10; then trunk to the right 20"),
+        ("balance on your left foot for as long as it takes to count to five", "balance, right side, 5 s"),
+        (
+            "walk half a metre ahead and then back without turning round",
+            "walk, forward, 0.5 m; then walk backward, backward",
+        ),
+        ("a squat, a twirl, a jump", "squat, once; then turn, to the left, 360 degrees; then jump, in place, once"),
+        ("step step clap", "step in place, in place, 2 times; then clap, both side"),
+        ("dance with your legs but keep your arms stiff at your sides", "tap dance, in place"),
+        ("walk off with a hanging head", "turn, to the left, 180 degrees, sad; then walk, forward, sad"),
+    ] {
+        assert_eq!(line(text), expected, "{text}: {:?}", read(text));
+    }
+}
+
+#[test]
 fn what_is_not_understood_is_kept() {
     let script = read("wave acidly with the right hand");
     assert_eq!((script.to_string().as_str(), script.unknown), ("wave, right side", vec!["acidly".to_string()]));

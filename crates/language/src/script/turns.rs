@@ -16,6 +16,8 @@ const PACED: [f64; 2] = [5.0, 4.0];
 /// Fastest pace (m/s) and longest way (m) that a motion here has.
 const FASTEST: f64 = 3.0;
 const FARTHEST: f64 = 30.0;
+/// Words for where steps go.
+const GOING: [&str; 9] = ["left", "right", "forward", "forwards", "ahead", "back", "backward", "backwards", "sideways"];
 /// Highest and longest jump (m).
 const HIGHEST: f64 = 0.3;
 
@@ -41,13 +43,33 @@ impl Reader<'_> {
         goes && has_gone && says(&["back"]) && !says(&["backward", "backwards", "forward", "bend"])
     }
 
+    /// Returns the verb that looks to both sides where both were named.
+    pub(super) fn both_ways<'v>(&'v self, verb: &'v Verb, said: &Said) -> &'v Verb {
+        let both = match verb.name.as_str() {
+            "look_aside" if said.side == Some(Side::Both) => "look_around",
+            "walk_sideways" if said.alternates => "step_touch",
+            _ => return verb,
+        };
+        self.grammar.verb(both).unwrap_or(verb)
+    }
+
     /// Returns words in which a verb that is said again and again is counted: "clap clap clap" is three times.
     pub(super) fn counted_words(&self, words: Vec<String>) -> Vec<String> {
-        let mut out = Vec::with_capacity(words.len());
+        let mut out: Vec<String> = Vec::with_capacity(words.len());
+        let mut was_counted = false;
         for same in words.chunk_by(|a, b| a == b) {
-            let is_verb = same.len() > 1 && self.phrases.is_main_verb(&same[0]);
-            out.extend(if is_verb {
-                vec![same[0].clone(), same.len().to_string(), "times".into()]
+            let is_verb = same[0] == "step" || self.phrases.is_main_verb(&same[0]);
+            let is_counted = same.len() > 1 && is_verb;
+            // "Step step clap": two, then another.
+            let follows =
+                was_counted && is_verb || is_counted && out.last().is_some_and(|last| self.phrases.is_main_verb(last));
+            out.extend(follows.then(|| ",".to_string()));
+            was_counted = is_counted;
+            out.extend(if is_counted {
+                // Steps that go nowhere are on the spot.
+                let place = same[0] == "step" && words.iter().all(|word| !GOING.contains(&word.as_str()));
+                let place = place.then(|| ["in", "place"].map(String::from)).into_iter().flatten();
+                [same[0].clone()].into_iter().chain(place).chain([same.len().to_string(), "times".into()]).collect()
             } else {
                 same.to_vec()
             });

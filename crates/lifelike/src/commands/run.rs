@@ -11,14 +11,14 @@ use lifelike_robot::GetUpScript;
 use lifelike_runtime::record::{Attachment, Recorder};
 use lifelike_runtime::timing::Quantiles;
 use lifelike_runtime::{
-    Bus, Clock, Config, Facts, Limits, Phase, Playlist, Request, Summary, Supervisor, drive, handshake,
-    scheduling, wiggle,
+    Bus, Clock, Config, Facts, Limits, Phase, Playlist, Request, Summary, Supervisor, drive, handshake, scheduling,
+    wiggle,
 };
 use serde_json::json;
 
+use crate::commands::bus::{self, Connection};
 use crate::commands::controller_file::Loaded;
 use crate::commands::export::Source;
-use crate::commands::bus::{self, Connection};
 use crate::commands::{clips, script};
 use crate::error::CliError;
 use crate::next::{self, NextCommand};
@@ -129,8 +129,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let get_up = args.get_up.as_deref().map(script::read).transpose()?;
     let prepared = Prepared { loaded, clips, config, standing: args.standing, get_up };
     let mut supervisor = prepared.supervisor()?;
-    let Connection { mut bus, mut clock } =
-        bus::connect(bus, prepared.loaded.controller.robot(), &prepared.config)?;
+    let Connection { mut bus, mut clock } = bus::connect(bus, prepared.loaded.controller.robot(), &prepared.config)?;
     let facts = bus.facts()?;
     handshake::check(supervisor.controller(), &facts, supervisor.config())?;
     if args.wiggle {

@@ -98,6 +98,10 @@ fn at_a_place(piece: &Words<'_>, side: Side) -> Option<Placed> {
     if piece.has(&["chest"]) && piece.has(&["bend", "bent"]) && piece.has(&["front"]) {
         return Some((place(50.0, -10.0, 40.0, 90.0), None, true));
     }
+    // "The right arm, the left arm, then both together".
+    if piece.has(&["together"]) && both && !piece.names_limb() && !piece.has(&["them"]) {
+        return Some((place(UP, 8.0, 0.0, 6.0), None, false));
+    }
     if piece.has(&["together"]) && both {
         return match piece.has(&["overhead", "above", "over", "up"]) {
             true => Some((place(168.0, -6.0, 10.0, 20.0), Some(Touch::Hands), true)),
@@ -113,7 +117,7 @@ fn in_a_direction(piece: &Words<'_>, context: &Context, side: Side) -> Option<Pl
     // "Upper arms out to the sides": the forearms stay as they are.
     if let Some(before) = before.filter(|before| piece.has(&["upper"]) && before.elbow > 60.0) {
         let turn = if before.raise > 60.0 { -88.0 } else { before.turn };
-        return Some((place(0.0, 88.0, turn, before.elbow), None, true));
+        return Some((place(0.0, 88.0, turn, before.elbow.min(90.0)), None, true));
     }
     let is_elbow = piece.has(&ELBOWS) || piece.has(&FOREARMS);
     let degrees = piece.degrees();
@@ -128,7 +132,7 @@ fn in_a_direction(piece: &Words<'_>, context: &Context, side: Side) -> Option<Pl
         piece.has(&["up", "overhead", "above", "over", "sky", "ceiling", "air", "upward", "vertical", "vertically"])
             || piece.has(&["high"]) && lifted.is_none();
     let is_lifted = piece.has(&["raise", "lift"]) || context.last_verb == "raise" || context.last_verb == "lift";
-    let down = piece.has(&["down", "lower", "drop", "hang", "rest"])
+    let down = piece.has(&["down", "lower", "drop", "hang", "rest", "dangle"])
         || piece.has_row(&["at", "your", "sides"])
         || piece.has_row(&["by", "your", "sides"]);
     if is_elbow {
@@ -172,7 +176,16 @@ fn forearm(piece: &Words<'_>, before: Arm, up: bool, aside: bool, ahead: bool) -
     let is_out = before.aside > 45.0 || aside;
     let arm = match () {
         // Forearms up: of arms to the sides, else of arms that are level ahead.
+        // "Elbows at shoulder height, forearms hanging".
+        () if piece.has(&FOREARMS) && piece.has(&["down", "hang"]) && before.elevation() > 45.0 => {
+            Arm { raise: 0.0, aside: 88.0, turn: 70.0, elbow: 90.0 }
+        }
+        () if piece.has(&ELBOWS) && piece.said.level == Some(90) && !ahead => {
+            Arm { raise: 0.0, aside: 88.0, turn: before.turn, elbow: before.elbow }
+        }
         () if up && is_out => Arm { raise: 0.0, aside: 88.0, turn: -88.0, elbow },
+        // "Bend your elbows so that your forearms point up": the upper arms hang.
+        () if up && is_bent && before.raise < 45.0 => Arm { raise: 12.0, aside: 10.0, turn: 0.0, elbow: 140.0 },
         () if up => Arm { raise: 84.0, aside: 10.0, turn: 0.0, elbow: elbow.max(85.0) },
         () if aside && !ahead => Arm { raise: 0.0, aside: 88.0, turn: before.turn, elbow },
         () if is_bent || is_straight || ahead => Arm { elbow, ..before },

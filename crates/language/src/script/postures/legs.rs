@@ -102,8 +102,8 @@ fn foot(piece: &Words<'_>, side: Side, last_verb: &str) -> Option<(Foot, bool)> 
         };
         return Some((Foot { to, height: 0.0 }, true));
     }
-    // "Left foot back" is a step.
-    if piece.has(&["foot"]) && !lifts {
+    // "Left foot back" is a step; a leg's base form is a foot, too.
+    if piece.words.iter().any(|word| word == "foot") && !lifts {
         return None;
     }
     match () {
@@ -112,6 +112,7 @@ fn foot(piece: &Words<'_>, side: Side, last_verb: &str) -> Option<(Foot, bool)> 
             Some(level) if level <= 75 => lift([0.06, 0.01 * out], 0.38),
             _ => lift([0.06, 0.01 * out], 0.34),
         },
+        () if piece.has(&["heel"]) => lift([-0.2, 0.01 * out], 0.24),
         () if behind => lift([-0.28, 0.01 * out], 0.17),
         () if aside => lift([0.0, 0.24 * out], 0.14),
         () if ahead => lift([0.3, 0.0], 0.14),

@@ -19,6 +19,7 @@ use super::spelling::spelt;
 use super::split::{Join, normal, pieces};
 use crate::facts::{Side, Speed};
 use crate::posture::{Arm, Foot, Posture, Turn};
+use crate::touch::Touch;
 
 /// Duration of a hold on the way (s), of the last one, and of one that is said without a time.
 const ON_THE_WAY: f64 = 0.6;
@@ -28,9 +29,11 @@ const HELD: f64 = 3.0;
 const ARMS: [&str; 10] = ["arm", "arms", "hand", "hands", "fist", "fists", "palm", "palms", "upperarm", "upperarms"];
 const ELBOWS: [&str; 2] = ["elbow", "elbows"];
 const FOREARMS: [&str; 2] = ["forearm", "forearms"];
-const LEGS: [&str; 8] = ["leg", "legs", "foot", "feet", "knee", "knees", "thigh", "thighs"];
+const LEGS: [&str; 9] = ["leg", "legs", "foot", "feet", "knee", "knees", "thigh", "thighs", "heel"];
 const TRUNK: [&str; 5] = ["trunk", "torso", "body", "waist", "chest"];
-const MOVES: [&str; 32] = [
+const MOVES: [&str; 34] = [
+    "sink",
+    "dangle",
     "raise",
     "lift",
     "put",
@@ -64,7 +67,7 @@ const MOVES: [&str; 32] = [
     "fold",
     "rest",
 ];
-const PLACES: [&str; 50] = [
+const PLACES: [&str; 52] = [
     "up",
     "down",
     "high",
@@ -115,8 +118,21 @@ const PLACES: [&str; 50] = [
     "outward",
     "upward",
     "trail",
+    "ear",
+    "ribs",
 ];
-const FILLERS: [&str; 53] = [
+const FILLERS: [&str; 64] = [
+    "come",
+    "shin",
+    "whole",
+    "entire",
+    "next",
+    "is",
+    "are",
+    "balance",
+    "by",
+    "slowly",
+    "until",
     "the",
     "your",
     "his",
@@ -228,7 +244,8 @@ impl Words<'_> {
 
     /// Returns whether something goes there and back again and again.
     fn repeats(&self) -> bool {
-        self.said.many || self.has_row(&["side", "to", "side"]) || self.has(&["from"])
+        let swings = self.has(&["from"]) && !self.has(&["waist", "hips"]);
+        self.said.many || self.has_row(&["side", "to", "side"]) || swings
     }
 
     fn is_known(&self, word: &str, base: &str) -> bool {
@@ -269,7 +286,13 @@ impl Row {
             Join::Then => false,
         };
         match self.postures.last_mut() {
+            // "Palms together, elbows out": as they are by then.
+            Some(last) if last.touches == Some(Touch::Hands) && piece.has(&ELBOWS) && is_along => {}
             Some(last) if read.posture.is_empty() => last.hold = last.hold.max(read.posture.hold),
+            // "Until the thigh is level": the same again.
+            Some(last) if Posture { hold: last.hold, ..read.posture.clone() } == *last => {
+                last.hold = last.hold.max(read.posture.hold);
+            }
             // "The arms out, the elbows bent": the second says more about the first.
             Some(last) if is_along && (is_more || !last.overlaps(&read.posture)) => last.extend(&read.posture),
             _ => {
@@ -304,7 +327,7 @@ pub(super) fn segments(
 ) -> Option<Vec<Segment>> {
     let words = spelt(phrases, normal(text), &mut Vec::new());
     let words = without_negations(words, &mut Vec::new());
-    let pieces = pieces(&words);
+    let pieces = with_limbs(pieces(&words));
     let mut out: Vec<Segment> = Vec::new();
     let mut at = 0;
     let mut surely = false;
@@ -326,7 +349,7 @@ pub(super) fn segments(
         let follows =
             |place: usize| pieces.get(place).is_none_or(|(join, _)| !matches!(join, Join::While | Join::With));
         let stands = match is_whole {
-            true => row.moves > 1 || row.is_detailed || is_open,
+            true => row.moves > 1 || row.is_detailed || is_open || row.postures.iter().any(Posture::is_combined),
             false => row.moves >= IN_A_ROW && follows(at) && follows(end),
         };
         if stands {
@@ -347,6 +370,24 @@ pub(super) fn segments(
         Segment::Postures(_) => true,
     };
     (out.iter().any(|one| matches!(one, Segment::Postures(_))) && out.iter().all(is_sure)).then_some(out)
+}
+
+/// Puts the limb of "reach up with the left arm" beside its verb.
+fn with_limbs(pieces: Vec<(Join, Vec<String>)>) -> Vec<(Join, Vec<String>)> {
+    const ARTICLES: [&str; 8] = ["the", "your", "his", "her", "both", "one", "left", "right"];
+    let is_limb = |words: &[String]| {
+        let one_of = |word: &String, all: &[&str]| all.contains(&word.as_str());
+        let Some((last, before)) = words.split_last() else { return false };
+        (one_of(last, &ARMS) || one_of(last, &LEGS)) && before.iter().all(|word| one_of(word, &ARTICLES))
+    };
+    let mut out: Vec<(Join, Vec<String>)> = Vec::with_capacity(pieces.len());
+    for (join, words) in pieces {
+        match out.last_mut().filter(|(_, last)| join == Join::With && is_limb(&words) && !last.is_empty()) {
+            Some((_, last)) => last.extend(words),
+            None => out.push((join, words)),
+        }
+    }
+    out
 }
 
 /// Finds arms that are somewhere during another action: "squat with your arms straight out in front". Returns the words of
@@ -396,7 +437,7 @@ fn read(whole: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
     if piece.repeats() || said.count.is_some_and(|count| count > 1) || said.metres.is_some() || said.pace.is_some() {
         return None;
     }
-    let hold = said.seconds.or(piece.has(&["hold", "keep", "stay"]).then_some(HELD));
+    let hold = said.seconds.or(piece.has(&["hold", "keep", "stay", "balance"]).then_some(HELD));
     let verb = piece.bases.iter().find(|base| MOVES.contains(&base.as_str())).cloned();
     let mut posture = Posture { slow: said.speed == Some(Speed::Slow), ..Posture::default() };
     let mut detail = false;
@@ -408,6 +449,13 @@ fn read(whole: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
     // "Palms down": how hands are turned.
     if follows && piece.has(&["palm", "palms"]) && !piece.has(&["raise", "lift", "together", "on", "to", "chest"]) {
         return Some(Read { posture, moves: false, is_detailed: false });
+    }
+    // "Come back up": the trunk and the knees, not what was lifted.
+    let rises = ["come", "comes", "get", "back", "up", "straighten", "again", "then"];
+    if follows && piece.has(&["up"]) && piece.words.iter().all(|word| rises.contains(&word.as_str())) {
+        posture.trunk = context.before.trunk.map(|_| Turn::default());
+        posture.sink = context.before.sink.map(|_| 0.0);
+        return (!posture.is_empty()).then_some(Read { posture, moves: true, is_detailed: false });
     }
     let refers = follows && (piece.has(&["it", "them", "both", "other"]) || !names_limb);
     // "Bend down", "turn around" are actions.
@@ -438,13 +486,19 @@ fn read(whole: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
         && piece.has(&["lower", "down", "drop"])
         && piece.has(&["both", "them", "everything", "all"]);
     let has_both = context.arms.is_some() && context.legs.is_some();
+    // "Lean left, then right by twenty degrees".
+    let leans_on = follows
+        && !names_limb
+        && verb.is_none()
+        && ["lean", "tilt"].contains(&context.last_verb.as_str())
+        && said.side.is_some();
     if returns || lowers && has_both {
         posture = standing(&context.before);
     } else if is_of_head && !mentions_arms {
         posture.head = Some(head(piece)?);
         posture.trunk = Some(Turn { roll: 0.5 * posture.head.map_or(0.0, |head| head.roll), ..Turn::default() });
         detail |= hold.is_some();
-    } else if piece.has(&["lean", "tilt"]) && !mentions_arms
+    } else if (piece.has(&["lean", "tilt"]) || leans_on) && !mentions_arms
         || piece.has(&["bend", "twist", "turn", "rotate"]) && piece.has(&TRUNK) && !names_limb
     {
         posture.trunk = Some(trunk(piece)?);

@@ -68,12 +68,7 @@ pub fn understand(
     let reader = Reader::new(grammar)?;
     let mut script = Script::default();
     for prompt in prompts {
-        let mut one = reader.read(prompt);
-        one.impossible.iter_mut().for_each(|impossible| impossible.at += script.clauses.len());
-        script.clauses.append(&mut one.clauses);
-        script.unknown.append(&mut one.unknown);
-        script.notes.append(&mut one.notes);
-        script.impossible.append(&mut one.impossible);
+        script.append(reader.read(prompt));
     }
     let text = prompts.join(" then ");
     script = if nearest { script.with_nearest() } else { script.with_the_rest() };

@@ -9,6 +9,8 @@ pub mod evaluator;
 pub mod generator;
 pub mod get_up;
 pub mod keys;
+#[cfg(feature = "mpi")]
+mod mpi;
 pub mod prior;
 pub mod processes;
 pub mod rehearsal;

@@ -28,7 +28,7 @@ pub fn all() -> Result<Arc<dyn Collective>, CliError> {
 
 #[cfg(feature = "mpi")]
 fn together(_: usize) -> Result<Arc<dyn Collective>, CliError> {
-    Ok(Arc::new(lifelike_train::collective::mpi::Mpi::start()?))
+    Ok(Arc::new(super::mpi::Mpi::start()?))
 }
 
 #[cfg(not(feature = "mpi"))]

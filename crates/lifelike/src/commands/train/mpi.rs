@@ -10,8 +10,8 @@ use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives};
 
-use super::Collective;
-use crate::TrainError;
+use lifelike_train::TrainError;
+use lifelike_train::collective::Collective;
 
 enum Request {
     Abort,

@@ -1,0 +1,291 @@
+//! What people say in a roundabout way, in the words that rules read.
+
+use super::said::number;
+
+/// Phrases and plainer ones; an empty one says nothing.
+const PLAIN: [(&str, &str); 55] = [
+    ("next to the ear", ""),
+    ("next to your ear", ""),
+    ("beside your ear", ""),
+    ("in one go", "at the same time"),
+    ("in one move", "at the same time"),
+    ("in one movement", "at the same time"),
+    ("and from there ,", "while"),
+    ("and from there", "while"),
+    ("in a row", ""),
+    ("with your back straight", ""),
+    ("with the back straight", ""),
+    ("with a straight back", ""),
+    ("keeping your back straight", ""),
+    ("keep your back straight", ""),
+    ("with both feet planted", ""),
+    ("with your feet planted", ""),
+    ("with feet planted", ""),
+    ("feet planted", ""),
+    ("as far as is comfortable", "far"),
+    ("as far as you can", "far"),
+    ("as far as possible", "far"),
+    ("how it was", ""),
+    ("how they were", ""),
+    ("put everything back", "stand straight"),
+    ("settle back onto flat feet", "stand straight"),
+    ("back onto flat feet", "stand straight"),
+    ("come back to the centre", "stand straight"),
+    ("come back to the center", "stand straight"),
+    ("come back to the middle", "stand straight"),
+    ("come back to centre", "stand straight"),
+    ("come back to center", "stand straight"),
+    ("return to the centre", "stand straight"),
+    ("return to centre", "stand straight"),
+    ("return to center", "stand straight"),
+    ("back to the centre", "stand straight"),
+    ("back to the center", "stand straight"),
+    ("back to the middle", "stand straight"),
+    ("back to centre", "stand straight"),
+    ("back to center", "stand straight"),
+    ("back to neutral", "stand straight"),
+    ("back to zero", "stand straight"),
+    ("with a hanging head", "sadly"),
+    ("with hanging head", "sadly"),
+    ("with hanging shoulders", "sadly"),
+    ("each times you", "while"),
+    ("every times you", "while"),
+    ("whenever you", "while"),
+    ("a couple of seconds", "2 seconds"),
+    ("couple of seconds", "2 seconds"),
+    ("a few seconds", "3 seconds"),
+    ("several seconds", "4 seconds"),
+    ("for a seconds", "for 1 seconds"),
+    ("half a seconds", "0.5 seconds"),
+    ("keeps turning", "turn"),
+    ("keep turning", "turn"),
+];
+/// Words that join.
+const JOINS: [&str; 6] = [",", "|", "and", "then", "while", "but"];
+/// "On every step": the step is what is done meanwhile.
+const MEANWHILE: [&str; 6] =
+    ["on every step", "with every step", "at every step", "on each step", "with each step", "at each step"];
+/// Limbs of which people have two.
+const LIMBS: [&str; 6] = ["arm", "hand", "leg", "foot", "knee", "elbow"];
+/// Words after "bring it back" that end it.
+const ENDS: [&str; 5] = [",", "|", "and", "then", "again"];
+
+/// Returns words in a plainer form.
+pub(super) fn plainly(mut words: Vec<String>) -> Vec<String> {
+    for (said, plain) in PLAIN {
+        let said = split(said);
+        while let Some(at) = place(&words, &said) {
+            words.splice(at..at + said.len(), split(plain));
+        }
+    }
+    words = without_who(words);
+    words = counted_seconds(words);
+    words = kept_as_it_is(words);
+    words = with_hanging_arms(words);
+    words = brought_back(words);
+    words = back_without_a_turn(words);
+    for said in MEANWHILE.map(split) {
+        if let Some(at) = place(&words, &said) {
+            words.drain(at..at + said.len());
+            match words[..at].iter().rposition(|word| JOINS.contains(&word.as_str())) {
+                Some(join) => words[join] = "while".into(),
+                None => words.splice(0..0, split("walk while")).for_each(drop),
+            }
+        }
+    }
+    by_degrees(the_same_way(one_and_the_other(words)))
+}
+
+fn split(text: &str) -> Vec<String> {
+    text.split_whitespace().map(str::to_string).collect()
+}
+
+fn place(words: &[String], said: &[String]) -> Option<usize> {
+    words.windows(said.len()).position(|part| part == said)
+}
+
+/// Drops what somebody does who another is likened to: "like a mouse that saw the cat".
+fn without_who(words: Vec<String>) -> Vec<String> {
+    const WHO: [&str; 5] = ["who", "whos", "whose", "that", "which"];
+    let mut out: Vec<String> = Vec::with_capacity(words.len());
+    let mut drops = false;
+    for word in words {
+        let liken = |from: usize| out[from..].iter().any(|word| word == "like");
+        if JOINS.contains(&word.as_str()) {
+            drops = false;
+        } else if WHO.contains(&word.as_str()) && liken(out.len().saturating_sub(5)) {
+            drops = true;
+        }
+        if !drops {
+            out.push(word);
+        }
+    }
+    out
+}
+
+/// "For as long as it takes to count to five", "and count to five": five seconds.
+fn counted_seconds(mut words: Vec<String>) -> Vec<String> {
+    const BEFORE: [&str; 11] = ["for", "as", "long", "it", "takes", "to", "you", "while", "slowly", "and", ","];
+    let is_count = |words: &[String], at: usize| {
+        let counts = ["count", "counts", "counting"].contains(&words[at].as_str());
+        counts
+            && words.get(at + 1).is_some_and(|word| word == "to")
+            && words.get(at + 2).and_then(|n| number(n)).is_some()
+            && words.get(at + 3).is_none_or(|word| word != "on")
+    };
+    while let Some(at) = (0..words.len()).find(|at| is_count(&words, *at)) {
+        let before = words[..at].iter().rev().take_while(|word| BEFORE.contains(&word.as_str())).count();
+        if before == at {
+            // Who only counts stands still.
+            words.splice(at..at + 2, split("stand for"));
+        } else {
+            words.splice(at - before..at + 2, ["for".to_string()]);
+        }
+        let after = words.iter().skip(at - before.min(at)).position(|word| number(word).is_some());
+        let number = after.map_or(words.len(), |after| at - before.min(at) + after + 1);
+        words.insert(number.min(words.len()), "seconds".into());
+    }
+    words
+}
+
+/// "Keep the upper arms where they are" asks for nothing.
+fn kept_as_it_is(mut words: Vec<String>) -> Vec<String> {
+    const ENDS: [&str; 5] = ["where they are", "where it is", "as they are", "stay quiet", "quiet"];
+    for end in ENDS.map(split) {
+        let Some(at) = place(&words, &end) else { continue };
+        let keeps = |word: &String| ["keep", "keeps", "keeping"].contains(&word.as_str());
+        let begin = words[..at].iter().rposition(keeps).filter(|begin| at - begin <= 4);
+        let is_joined = |from: usize| words[from..at].iter().any(|word| JOINS.contains(&word.as_str()));
+        if let Some(begin) = begin.filter(|begin| !is_joined(*begin)) {
+            words.drain(begin..at + end.len());
+        }
+    }
+    words
+}
+
+/// "Dance, but keep your arms at your sides": where they hang.
+fn with_hanging_arms(mut words: Vec<String>) -> Vec<String> {
+    const BETWEEN: [&str; 11] =
+        ["your", "both", "the", "arms", "hands", "completely", "stiff", "straight", "still", "down", "hanging"];
+    let keeps = |word: &String| ["keep", "keeps", "keeping"].contains(&word.as_str());
+    let Some(begin) = words.iter().position(keeps).filter(|begin| *begin > 0) else { return words };
+    let between = words[begin + 1..].iter().take_while(|word| BETWEEN.contains(&word.as_str())).count();
+    let end = begin + 1 + between;
+    let has_arms = words[begin..end].iter().any(|word| word == "arms" || word == "hands");
+    let at_sides = words[end.min(words.len())..].iter().map(String::as_str).take(3).collect::<Vec<_>>();
+    let hang = matches!(at_sides.as_slice(), ["at" | "by", "your", "side" | "sides"]);
+    if has_arms && hang {
+        let joins = words[..begin].iter().rev().take_while(|word| JOINS.contains(&word.as_str())).count();
+        words.drain(begin - joins..end + 3);
+    }
+    words
+}
+
+/// "Tilt the head and bring it back" ends where it began.
+fn brought_back(mut words: Vec<String>) -> Vec<String> {
+    let is_back = |words: &[String], at: usize| {
+        let brings = ["bring", "brings", "put", "puts", "move", "take"].contains(&words[at].as_str());
+        let ends = words.get(at + 3).is_none_or(|word| ENDS.contains(&word.as_str()));
+        brings && ["it", "them"].contains(&words[at + 1].as_str()) && words[at + 2] == "back" && ends
+    };
+    while let Some(at) = (0..words.len().saturating_sub(2)).find(|at| is_back(&words, *at)) {
+        words.splice(at..at + 3, split("stand straight"));
+    }
+    words
+}
+
+/// "Back without turning round" is backwards.
+fn back_without_a_turn(mut words: Vec<String>) -> Vec<String> {
+    let Some(at) = words.windows(2).position(|two| two[0] == "without" && two[1] == "turning") else { return words };
+    let around = words.get(at + 2).is_some_and(|word| ["round", "around"].contains(&word.as_str()));
+    words.drain(at..at + 2 + usize::from(around));
+    let joins = |at: usize| at > 0 && JOINS.contains(&words[at - 1].as_str());
+    let backwards = |(at, word): (usize, &String)| match (word == "back", joins(at)) {
+        (true, true) => "walk backwards".into(),
+        (true, false) => "backwards".into(),
+        (false, _) => word.clone(),
+    };
+    let text: Vec<String> = words.iter().enumerate().map(backwards).collect();
+    split(&text.join(" "))
+}
+
+/// "One arm goes up, the other goes out": the right one and the left one.
+fn one_and_the_other(mut words: Vec<String>) -> Vec<String> {
+    const BEFORE: [&str; 6] = ["after", "of", "over", "by", "than", "behind"];
+    let limb = |words: &[String], at: usize| words.get(at).filter(|word| LIMBS.contains(&word.as_str())).cloned();
+    let one = (0..words.len()).find(|at| words[*at] == "one" && limb(&words, at + 1).is_some());
+    let other = words.windows(2).position(|two| two[0] == "the" && two[1] == "other");
+    let (Some(one), Some(other)) = (one, other.filter(|at| *at > 0)) else { return words };
+    let says_side = words.iter().any(|word| word == "left" || word == "right");
+    let is_joined = words[one..other.max(one)].iter().any(|word| JOINS.contains(&word.as_str()));
+    if says_side || !is_joined || other < one || BEFORE.contains(&words[other - 1].as_str()) {
+        return words;
+    }
+    let named = limb(&words, one + 1).unwrap_or_default();
+    let is_named = limb(&words, other + 2).is_some() || words.get(other + 2).is_some_and(|word| word == "one");
+    let said = limb(&words, other + 2).unwrap_or(named);
+    words.splice(other..other + 2 + usize::from(is_named), ["the".to_string(), "left".into(), said]);
+    words[one] = "right".into();
+    words
+}
+
+/// "Turn right, walk, turn the same way": to the right.
+fn the_same_way(mut words: Vec<String>) -> Vec<String> {
+    const TURNS: [&str; 6] = ["turn", "look", "head", "step", "lean", "tilt"];
+    let is_way = |two: &[String]| ["that", "same"].contains(&two[0].as_str()) && two[1] == "way";
+    let Some(at) = words.windows(2).position(is_way) else { return words };
+    let Some(side) = words[..at].iter().rev().find(|word| ["left", "right"].contains(&word.as_str())).cloned() else {
+        return words;
+    };
+    let begin = words[..at].iter().rposition(|word| JOINS.contains(&word.as_str())).map_or(0, |join| join + 1);
+    if words[begin..at].iter().any(|word| TURNS.contains(&word.as_str())) {
+        let article = usize::from(at > 0 && words[at - 1] == "the");
+        words.splice(at - article..at + 2, split(&format!("to the {side}")));
+    }
+    words
+}
+
+/// "Left by ten degrees, then right by twenty": degrees, too.
+fn by_degrees(mut words: Vec<String>) -> Vec<String> {
+    let Some(first) = words.iter().position(|word| word == "degrees") else { return words };
+    let lacks = |words: &[String], at: usize| {
+        let ends = words.get(at + 2).is_none_or(|word| JOINS.contains(&word.as_str()));
+        words[at] == "by" && words.get(at + 1).and_then(|n| number(n)).is_some() && ends
+    };
+    while let Some(at) = (first..words.len()).find(|at| lacks(&words, *at)) {
+        words.insert(at + 2, "degrees".into());
+    }
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::split::normal;
+
+    #[test]
+    fn roundabout_words_become_plain() {
+        for (text, plain) in [
+            ("jump two times in a row", "jump two times"),
+            ("shrink like a mouse that saw the cat, then wave", "shrink like a mouse , then wave"),
+            (
+                "balance on your left foot for as long as it takes to count to five",
+                "balance on your left foot for five seconds",
+            ),
+            ("touch your toes and count to 8", "touch your toes for 8 seconds"),
+            ("count to three", "stand for three seconds"),
+            ("bend your elbows. keep the upper arms where they are.", "bend your elbows | |"),
+            ("tilt your head and then bring it back", "tilt your head and then stand straight"),
+            ("walk ahead and then back without turning round", "walk ahead and then walk backwards"),
+            ("one arm goes up, the other goes out", "right arm goes up , the left arm goes out"),
+            ("raise one arm after the other", "raise one arm after the other"),
+            ("turn right, then turn the same way", "turn right , then turn to the right"),
+            ("lean left by ten degrees, then right by twenty", "lean left by ten degrees , then right by 20 degrees"),
+            ("stepping left right, pump both arms on every step", "stepping left right while pump both arms"),
+            ("clap over your head each time you jump", "clap over your head while jump"),
+            ("dance but keep your arms stiff at your sides", "dance"),
+            ("hold it for a couple of seconds", "hold it for 2 seconds"),
+        ] {
+            assert_eq!(normal(text).join(" "), plain, "{text}");
+        }
+    }
+}
