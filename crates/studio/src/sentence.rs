@@ -83,7 +83,7 @@ impl<'a> Understood<'a> {
     /// Returns the one clause that a network may make.
     fn plain(&self) -> Option<&Clause> {
         let [clause] = self.script.clauses.as_slice() else { return None };
-        clause.is_plain().then_some(clause)
+        self.rules.suits_network(clause).then_some(clause)
     }
 
     /// Returns whether the network was trained on what the sentence asks for.

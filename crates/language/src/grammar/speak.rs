@@ -60,6 +60,12 @@ impl<'a> Generator<'a> {
         Ok(clip)
     }
 
+    /// Returns whether a shipped network may make a clause.
+    pub fn suits_network(&self, clause: &Clause) -> bool {
+        let mut verbs = clause.actions.iter().filter_map(|action| self.grammar().verb(&action.verb).ok());
+        clause.is_plain() && verbs.all(|verb| !verb.remade)
+    }
+
     /// Returns whether the facts of a clause hold in a motion, its angle and its duration among them. `findings` are those
     /// of [`Self::findings`].
     ///

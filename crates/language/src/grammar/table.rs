@@ -158,6 +158,9 @@ pub struct Verb {
     /// Flag of a trunk that can be asked for an angle.
     #[serde(default)]
     pub bends: bool,
+    /// Flag of a clip that changed after the shipped networks learned it: rules make it.
+    #[serde(default)]
+    pub remade: bool,
     /// Flag of legs that carry such a gesture.
     #[serde(default)]
     pub carries: bool,

@@ -170,7 +170,8 @@ impl<'a> Speaker<'a> {
     ) -> Result<(MotionClip, Vec<Finding>, &'static str), CliError> {
         let maker = maker.filter(|_| self.by != By::Rules);
         // What the network composes of two actions skates (docs/results/language.md).
-        let whole = clause.is_plain() || (self.by == By::Network && clause.times <= 1 && clause.postures.is_empty());
+        let whole = self.rules.suits_network(clause)
+            || (self.by == By::Network && clause.times <= 1 && clause.postures.is_empty());
         if let Some(maker) = maker.filter(|_| whole) {
             let made = self.learned(maker, clause, seed, index)?;
             let holds = match &made {
