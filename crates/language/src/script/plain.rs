@@ -1,4 +1,4 @@
-//! What people say in a roundabout way, in the words that rules read.
+//! Roundabout phrases of people, in the words that rules read.
 
 use super::said::number;
 
