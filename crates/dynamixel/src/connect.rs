@@ -34,8 +34,8 @@ pub struct DynamixelOptions {
 /// written. Stiffness, damping and torque of the facts are those of the file: servos do not say them.
 ///
 /// # Errors
-/// The port does not open; joints and servos differ; a servo is silent, of another model, defective, or out of its joint's range; a
-/// floating base has no IMU.
+/// The port does not open; joints and servos differ; a floating base has no IMU. A servo is silent, of another model, defective, or out
+/// of its joint's range.
 pub fn dynamixel(
     options: &DynamixelOptions,
     file: &ServoFile,

@@ -13,13 +13,18 @@ const EVERY: f64 = 2.0;
 /// Least and greatest length of a push (s).
 const LASTS: [f64; 2] = [0.1, 0.2];
 
-/// Punches as in the tour of `rhoyn/teleop-walking-benchmark` (README and `schedule_make` in `main.cpp`): time between two, time
-/// of the first, length (s); share of the largest at the beginning, and time until all of it (s); least share of the largest.
+// Punches are those of `rhoyn/teleop-walking-benchmark` (README and `schedule_make` in `main.cpp`).
+/// Time between two punches (s).
 const PUNCH_EVERY: f64 = 5.0;
+/// Time of the first punch (s).
 const PUNCH_FIRST: f64 = 0.1;
+/// Length of a punch (s).
 const PUNCH_LASTS: f64 = 0.08;
+/// Share of the largest force at the beginning.
 const RAMP_FLOOR: f64 = 1.0 / 3.0;
+/// Time until all of the largest force (s).
 const RAMP: f64 = 60.0;
+/// Least share of the largest force in one punch.
 const PUNCH_LEAST: f64 = 0.5;
 
 /// The pushes of an episode: one in every [`EVERY`] seconds, from a random horizontal direction on one of the part's
