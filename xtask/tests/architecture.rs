@@ -15,7 +15,6 @@ const FLOORS: [(&str, u32); 28] = [
     ("cdr", 0),
     ("character", 0),
     ("checkpoint", 0),
-    ("dynamixel", 0),
     ("fetch", 0),
     ("simd", 0),
     ("dense", 1),
@@ -30,6 +29,7 @@ const FLOORS: [(&str, u32); 28] = [
     ("train", 4),
     ("evaluation", 4),
     ("unitree", 4),
+    ("dynamixel", 4),
     ("dds", 5),
     ("language", 5),
     ("representation", 5),
@@ -43,9 +43,10 @@ const FLOORS: [(&str, u32); 28] = [
 ];
 
 /// Crates that stand on a floor for their use, but must know little of what is below them.
-const ONLY: [(&str, &[&str]); 12] = [
+const ONLY: [(&str, &[&str]); 13] = [
     ("dds", &["cdr", "robot", "runtime", "unitree"]),
     ("unitree", &["cdr", "robot", "runtime"]),
+    ("dynamixel", &["robot", "runtime"]),
     ("runtime", &["cdr", "character", "checkpoint", "motion", "robot"]),
     (
         "studio",

@@ -1,6 +1,6 @@
 //! Packets in a stream of bytes.
 
-use crate::{HEADER, crc};
+use crate::packet::{HEADER, crc};
 
 /// Longest content that is believed (bytes): no servo answers with more.
 const MOST: usize = 1024;

@@ -17,9 +17,9 @@ fn packets_are_those_of_the_package_byte_for_byte() {
     let ping = written(|out| write_packet(1, Instruction::Ping, [], out));
     assert_eq!(ping, include_bytes!("data/ping.bin"));
     assert_eq!(written(|out| sync_read(126, 10, &[3, 7, 20], out)), include_bytes!("data/sync_read.bin"));
-    let goals: Vec<(u8, i32)> = (0..20).map(|i| (i as u8 + 1, 2048 + 100 * i)).collect();
-    assert_eq!(written(|out| sync_write(GOAL, &goals, out)), include_bytes!("data/sync_write.bin"));
-    let stuffed = written(|out| sync_write(GOAL, &[(1, -131_073), (2, -131_073)], out));
+    let goals = (0..20).map(|i: i32| (i as u8 + 1, (2048 + 100 * i).to_le_bytes()));
+    assert_eq!(written(|out| sync_write(GOAL, goals, out)), include_bytes!("data/sync_write.bin"));
+    let stuffed = written(|out| sync_write(GOAL, [1, 2].map(|id| (id, (-131_073i32).to_le_bytes())), out));
     assert_eq!(stuffed, include_bytes!("data/stuffed.bin"));
     let mut reader = PacketReader::default();
     reader.push(&stuffed);
@@ -81,7 +81,7 @@ fn goals_come_back_as_positions_over_a_line_that_loses_and_adds_bytes() {
     for round in 0..500 {
         // Numbers with the bytes of headers among them.
         let goals: Vec<(u8, i32)> = ids.iter().map(|id| (*id, -131_073 + number(&mut seed) as i32 % 4)).collect();
-        sync_write(GOAL, &goals, &mut out);
+        sync_write(GOAL, goals.iter().map(|(id, goal)| (*id, goal.to_le_bytes())), &mut out);
         assert!(chain.hear(&out).is_empty());
         sync_read(PRESENT, 4, &ids, &mut out);
         let mut line = chain.hear(&out);

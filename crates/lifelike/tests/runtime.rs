@@ -84,6 +84,27 @@ fn a_run_over_a_bad_wire_is_recorded_replayed_and_reported() {
     assert!(again.status.code() != Some(0) && err(&again).contains("exists"), "{}", err(&again));
 }
 
+/// The robot's engine is MuJoCo, and so is nobody else's: the runtime sees packets.
+#[cfg(feature = "mujoco")]
+#[test]
+fn a_robot_in_mujoco_stands_and_walks_over_a_bad_wire() {
+    let folder = tempfile::tempdir().unwrap();
+    let wire = ["--delay", "3", "--jitter", "3", "--loss", "0.02", "--noise", "0.001", "--gantry", "0.5"];
+    let robot = Robot::start(&[&["lima", "--engine", "mujoco"], &wire[..]].concat());
+    let walk = folder.path().join("walk").display().to_string();
+    json(&["motion", "trim", "builtin:walk", "--end", "4", "-o", &walk]);
+    let clip = std::fs::read_dir(&walk).unwrap().map(|file| file.unwrap().path());
+    let clip = clip.into_iter().find(|path| path.to_string_lossy().ends_with(".motion.safetensors")).unwrap();
+    let ran = robot.run_for("1", folder.path(), &["--json", "--motions", clip.to_str().unwrap()]);
+    assert!(ran.status.success(), "{}", err(&ran));
+    let ran: serde_json::Value = serde_json::from_str(&out(&ran)).unwrap();
+    let summary = &ran["summary"];
+    // A robot that falls is tilted by more than a radian, or off the reference, and the gate says so.
+    assert!(summary["steps"].as_u64().unwrap() > 250 && summary["trip"].is_null(), "{summary}");
+    let packets = &summary["packets"];
+    assert!(packets["reordered"].as_u64().unwrap() + packets["lost"].as_u64().unwrap() > 0, "{summary}");
+}
+
 #[test]
 fn faults_end_a_run_with_a_sentence() {
     for (fault, sentence) in [
@@ -146,7 +167,9 @@ fn another_robot_and_dead_motors_are_refused() {
 #[test]
 fn wrong_buses_and_settings_are_refused() {
     let usage = lifelike(&["run", "lima-blind", "--bus", "can0"]);
-    assert!(usage.status.code() == Some(2) && err(&usage).contains("expected sim:HOST:PORT, replay:FILE"));
+    assert!(
+        usage.status.code() == Some(2) && err(&usage).contains("expected sim:HOST:PORT, replay:FILE, dynamixel:PORT")
+    );
     let folder = tempfile::tempdir().unwrap();
     let bad = folder.path().join("bad.toml");
     std::fs::write(&bad, "[limits]\ntorque_share = 2.0\n").unwrap();

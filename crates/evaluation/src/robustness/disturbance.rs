@@ -36,6 +36,8 @@ impl Part {
 pub enum Disturbance {
     /// Horizontal pushes.
     Push(Part),
+    /// Short punches at random bodies from any direction, harder and harder.
+    Punches,
     /// Another sliding friction of the ground.
     Friction,
     /// All masses and inertias times a factor.
@@ -55,11 +57,12 @@ const PUSHES: [f64; 14] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.5, 2.0
 
 impl Disturbance {
     /// All of them, in the order in which they are reported.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Push(Part::Root),
         Self::Push(Part::Head),
         Self::Push(Part::Hands),
         Self::Push(Part::Feet),
+        Self::Punches,
         Self::Friction,
         Self::Mass,
         Self::Calibration,
@@ -75,6 +78,7 @@ impl Disturbance {
             Self::Push(Part::Head) => "push head",
             Self::Push(Part::Hands) => "push hands",
             Self::Push(Part::Feet) => "push feet",
+            Self::Punches => "punches",
             Self::Friction => "friction",
             Self::Mass => "mass",
             Self::Calibration => "calibration",
@@ -87,7 +91,7 @@ impl Disturbance {
     /// Returns the unit of its size.
     pub fn unit(self) -> &'static str {
         match self {
-            Self::Push(_) => "body weights",
+            Self::Push(_) | Self::Punches => "body weights",
             Self::Friction => "coefficient",
             Self::Mass => "factor",
             Self::Calibration => "rad",
@@ -104,6 +108,10 @@ impl Disturbance {
                 "every two seconds (in shorter episodes once in the first half) a horizontal force at the body's centre of mass, \
                                 for 0.1 to 0.2 s"
             }
+            Self::Punches => {
+                "every five seconds a force for 0.08 s at a random joint's body, from any direction; the largest grows from a third of the \
+                 size to all of it within 60 s, and each is half to all of the largest"
+            }
             Self::Friction => "sliding friction of the ground",
             Self::Mass => "mass and inertia of every body times the factor; the actuators stay",
             Self::Calibration => "each joint's encoder off by a random angle of at most this size",
@@ -116,7 +124,7 @@ impl Disturbance {
     /// Sizes from the mildest to the hardest where there is such an order. `few` for a quick look.
     pub fn sizes(self, few: bool) -> Vec<f64> {
         let (all, some): (&[f64], &[f64]) = match self {
-            Self::Push(_) => (&PUSHES, &[0.0, 0.3, 1.0]),
+            Self::Push(_) | Self::Punches => (&PUSHES, &[0.0, 0.3, 1.0]),
             Self::Friction => (&[1.0, 0.8, 0.6, 0.5, 0.4, 0.3, 0.2], &[0.8, 0.4, 0.2]),
             Self::Mass => (&[0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3], &[0.7, 1.0, 1.3]),
             Self::Calibration => (&[0.0, 0.025, 0.05, 0.1, 0.15, 0.2, 0.3], &[0.0, 0.05, 0.2]),

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use lifelike_robot::reference::standing_clip;
 use lifelike_robot::{ReferenceLibrary, Robot};
 
-use super::push::pushes;
+use super::push::{punches, pushes};
 use super::stairs::{climb, footfalls};
 use super::switches::segments;
 use super::*;
@@ -85,6 +85,33 @@ fn pushes_differ_by_force_alone() {
     }
     assert!(one.windows(2).all(|w| w[0].until <= w[1].from), "one after the other");
     assert_ne!(of(1.0), pushes(&lima, Part::Hands, 1.0, &Episode { number: 4, ..episode }, 1));
+}
+
+#[test]
+fn punches_are_those_of_the_published_schedule() {
+    let lima = Robot::load("lima").unwrap();
+    let weight = (lima.character.mass() * lima.character.gravity.norm()) as f32;
+    let size = |push: &crate::TimedPush| push.push.force_w.iter().map(|x| x * x).sum::<f32>().sqrt() / weight;
+    let (mut up, mut count, mut bodies) = (0.0, 0.0, std::collections::BTreeSet::new());
+    let own: std::collections::BTreeSet<usize> = lima.character.scalar_joints().map(|joint| joint.body).collect();
+    for number in 0..200 {
+        let episode = Episode { number, frame: 0, planned: 4500 };
+        let all = punches(&lima, 2.0, &episode, 1);
+        assert_eq!(all.len(), 18, "one in each segment of 5 s");
+        for (i, punch) in all.iter().enumerate() {
+            assert_eq!((punch.from, punch.until), (5 + 250 * i, 9 + 250 * i), "0.1 s into it, for 0.08 s at 50 Hz");
+            let largest = 2.0 / 3.0 + 4.0 / 3.0 * (5.0 * i as f32 / 60.0).min(1.0);
+            assert!((0.499 * largest..1.001 * largest).contains(&size(punch)), "{i}: {}", size(punch));
+            (up, count) = (up + punch.push.force_w[2] / weight / size(punch), count + 1.0);
+            bodies.insert(punch.push.body);
+        }
+        let half = punches(&lima, 1.0, &episode, 1);
+        assert!(
+            half.iter().zip(&all).all(|(a, b)| a.push.body == b.push.body && (2.0 * size(a) - size(b)).abs() < 1e-4)
+        );
+    }
+    // The mean of 3,600 heights that are uniform from -1 to 1 has a standard deviation of 0.0096.
+    assert!((up / count).abs() < 0.05 && bodies == own, "{} {}", up / count, bodies.len());
 }
 
 #[test]

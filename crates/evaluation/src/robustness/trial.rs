@@ -9,7 +9,7 @@ use rand::Rng;
 
 use super::disturbance::Disturbance;
 use super::options::RobustnessOptions;
-use super::push::pushes;
+use super::push::{punches, pushes};
 use super::stairs::{climb, stair_clips};
 use super::switches::segments;
 use crate::EvaluationError;
@@ -44,6 +44,10 @@ impl Trial<'_> {
             Disturbance::Push(part) if part.bodies(robot).is_empty() => Ok(Vec::new()),
             Disturbance::Push(part) => level(self.plain, &|episode| EpisodeConditions {
                 pushes: pushes(robot, part, size, episode, seed),
+                ..EpisodeConditions::default()
+            }),
+            Disturbance::Punches => level(self.plain, &|episode| EpisodeConditions {
+                pushes: punches(robot, size, episode, seed),
                 ..EpisodeConditions::default()
             }),
             Disturbance::Friction => level(self.plain, &|_| {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use lifelike_dynamixel::{DynamixelOptions, ServoFile, dynamixel};
 use lifelike_robot::Robot;
 use lifelike_runtime::record::Record;
 use lifelike_runtime::replay::ReplayBus;
@@ -11,8 +12,8 @@ use lifelike_runtime::{Bus, Clock, Config, MonotonicClock};
 use crate::error::CliError;
 
 /// Buses as they are named.
-const EXPECTED: &str = "sim:HOST:PORT, replay:FILE, unitree:INTERFACE[,mode_machine=N] or \
-    ros2:DOMAIN[,interface=NAME][,states=TOPIC][,imu=TOPIC][,commands=TOPIC]";
+const EXPECTED: &str = "sim:HOST:PORT, replay:FILE, dynamixel:PORT[,servos=FILE][,imu=HOST:PORT], \
+    unitree:INTERFACE[,mode_machine=N] or ros2:DOMAIN[,interface=NAME][,states=TOPIC][,imu=TOPIC][,commands=TOPIC]";
 
 /// A machine, and the clock of its loop.
 pub(super) struct Connection {
@@ -37,9 +38,40 @@ pub(super) fn connect(name: &str, robot: &Robot, config: &Config) -> Result<Conn
             let bus = ReplayBus::new(&Record::read(Path::new(file))?)?;
             Ok(Connection { clock: Box::new(bus.clock()), bus: Box::new(bus) })
         }
+        Some(("dynamixel", rest)) => {
+            let (options, file) = servos(name, rest)?;
+            Ok(Connection::now(dynamixel(&options, &file, robot, config.command_hz)?))
+        }
         Some((kind @ ("unitree" | "ros2"), rest)) => over_dds(name, kind, rest, robot, config),
         _ => Err(wrong(name)),
     }
+}
+
+/// Returns the rate of commands that suits a bus where the user sets none (Hz); none where the default does.
+///
+/// # Errors
+/// The name is none of a bus; the file of its servos is wrong.
+pub(super) fn command_hz(name: &str, robot: &Robot) -> Result<Option<f64>, CliError> {
+    match name.split_once(':') {
+        Some(("dynamixel", rest)) => Ok(Some(servos(name, rest)?.1.command_hz(robot.control_hz))),
+        _ => Ok(None),
+    }
+}
+
+/// Reads the options of a bus of servos, and their file.
+fn servos(name: &str, rest: &str) -> Result<(DynamixelOptions, ServoFile), CliError> {
+    let mut parts = rest.split(',');
+    let port = parts.next().filter(|port| !port.is_empty()).ok_or_else(|| wrong(name))?;
+    let mut options = DynamixelOptions { port: port.into(), imu: String::new() };
+    let mut file = "servos.toml";
+    for part in parts {
+        match part.split_once('=') {
+            Some(("servos", path)) => file = path,
+            Some(("imu", address)) => options.imu = address.into(),
+            _ => return Err(wrong(name)),
+        }
+    }
+    Ok((options, ServoFile::read(Path::new(file))?))
 }
 
 fn wrong(name: &str) -> CliError {

@@ -39,6 +39,7 @@ Examples:
   lifelike run lima-blind --bus sim:127.0.0.1:9870 --get-up lima
   lifelike run lima-blind --bus sim:127.0.0.1:9870 --wiggle     # on a stand: tries every motor
   lifelike run lima-blind --bus replay:walk.mcap                # packets of a record
+  lifelike run lima-blind --bus dynamixel:/dev/ttyUSB0,servos=lima.servos.toml,imu=0.0.0.0:9871   # Dynamixel servos
   lifelike run g1-deploy --bus unitree:eth0                     # a G1; needs a build with DDS
   lifelike run lima-blind --bus ros2:0,imu=/imu                 # a robot under ROS 2
 
@@ -47,7 +48,7 @@ pub struct Args {
     /// The controller: its file, the folder of a run, or the name of one that comes with the program.
     #[arg(required_unless_present = "print_settings")]
     pub controller: Option<PathBuf>,
-    /// The machine: sim:HOST:PORT (UDP), replay:FILE (a record), unitree:INTERFACE or ros2:DOMAIN (DDS).
+    /// The machine: sim:HOST:PORT (UDP), replay:FILE (a record), dynamixel:PORT (servos), unitree:INTERFACE or ros2:DOMAIN (DDS).
     #[arg(long, required_unless_present = "print_settings")]
     pub bus: Option<String>,
     /// The robot: a name, or an MJCF or URDF file; what the policy was trained for if not given.
@@ -125,7 +126,14 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         true => Vec::new(),
         false => clips::load_as(&args.motions, args.layout, loaded.controller.robot())?,
     };
-    let config = args.settings.as_deref().map(settings).transpose()?.unwrap_or_default();
+    let config = match &args.settings {
+        Some(path) => settings(path)?,
+        None => {
+            let default = Config::default();
+            let suits = bus::command_hz(bus, loaded.controller.robot())?;
+            Config { command_hz: suits.unwrap_or(default.command_hz), ..default }
+        }
+    };
     let get_up = args.get_up.as_deref().map(script::read).transpose()?;
     let prepared = Prepared { loaded, clips, config, standing: args.standing, get_up };
     let mut supervisor = prepared.supervisor()?;

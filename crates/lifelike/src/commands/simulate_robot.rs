@@ -18,13 +18,14 @@ use crate::simulated_robot::{Link, Scheduled, SensorOptions, SimulatedRobot, ste
 ///
 /// The robot stands in its default pose on a gantry until it is driven. Motors get hot, the battery sags, and without
 /// commands for 0.1 s it brakes. Packets may be late, overtake each other and get lost, in both directions.
-/// docs/runtime.md describes the packets, so that other programs can take either end.
+/// Motors, sensors, wires and faults are the same in both engines. docs/runtime.md describes the packets, so that other programs can take either end.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
   lifelike simulate-robot lima
   lifelike simulate-robot lima --delay 4 --jitter 3 --loss 0.02 --noise 0.002
   lifelike simulate-robot lima --twin 7                 # motors, friction and delays of a twin
+  lifelike simulate-robot lima --engine mujoco          # in MuJoCo; needs a build with it
   lifelike simulate-robot lima --fault hot@5:left_knee  # from 5 s on
   lifelike simulate-robot lima --external               # with motion capture
 

@@ -303,7 +303,10 @@ fn physics_is_measured() {
 fn without_mujoco_the_command_says_what_to_do() {
     let eval = ["eval", "--engine", "mujoco", "--policy", "p", "--motions", "m", "-o", "o"];
     let train = ["train", "tracker", "--engine", "mujoco", "--plan", "experiments/track.toml"];
-    for arguments in [&eval[..], &train, &["demo", "--engine", "mujoco"]] {
+    let robot = ["simulate-robot", "lima", "--engine", "mujoco"];
+    for arguments in
+        [&eval[..], &train, &["demo", "--engine", "mujoco"], &robot, &["bench", "runtime", "--engine", "mujoco"]]
+    {
         let output = lifelike(arguments);
         assert_eq!(output.status.code(), Some(4), "{arguments:?}");
         assert!(err(&output).contains("cargo xtask"), "{}", err(&output));

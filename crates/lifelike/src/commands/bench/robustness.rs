@@ -18,7 +18,7 @@ use crate::progress::Progress;
 
 /// Measure survival and tracking error of a policy against the size of disturbances.
 ///
-/// Pushes on root, head, hands and feet; friction; masses; encoders that are off; hills; stairs climbed in the air; abrupt
+/// Pushes on root, head, hands and feet; punches; friction; masses; encoders that are off; hills; stairs climbed in the air; abrupt
 /// switches between clips. The folder gets robustness.json and report.html, with the curves and an episode that survived and
 /// one that fell of each. The result is the same for the same seed, whatever the threads.
 #[derive(Debug, clap::Args)]
@@ -30,7 +30,9 @@ Examples:
   lifelike bench robustness --policy runs/walk --motions walk.bvh -o out \\
       --only 'push root' --only hills
   lifelike bench robustness --policy lima --motions builtin -o out \\
-      --only 'push root' --sizes 0.29,0.87,1.46 --seconds 90")]
+      --only 'push root' --sizes 0.29,0.87,1.46 --seconds 90
+  lifelike bench robustness --policy assets/g1-nc.controller.safetensors \\
+      --motions idle.motion.safetensors -o out --only punches --sizes 1.46 --seconds 90")]
 pub struct Args {
     /// The policy.
     #[arg(short, long)]

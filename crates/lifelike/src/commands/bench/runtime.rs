@@ -32,6 +32,7 @@ Examples:
   lifelike bench runtime
   lifelike bench runtime --policy lima-blind --noise 0.002
   lifelike bench runtime --policy lima --noise 0.002 --imu-bias 0.01 --estimate
+  lifelike bench runtime --policy lima-blind --engine mujoco
   lifelike bench runtime --policy runs/walk --motions data/lima --interpolation 0,0.5,1")]
 pub struct Args {
     /// The controller.
