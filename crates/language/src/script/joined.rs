@@ -39,6 +39,19 @@ impl Reader<'_> {
         if let Some(at) = words.iter().position(is_main).filter(|_| opens && !words.iter().any(|word| word == ",")) {
             words.insert(at, ",".into());
         }
+        // "Walk backwards shaking your head".
+        const OBJECTS: [&str; 9] = ["your", "the", "his", "her", "both", "left", "right", "one", "its"];
+        const WAYS: [&str; 9] =
+            ["forward", "forwards", "backward", "backwards", "around", "along", "ahead", "slowly", "place"];
+        let is_along = |at: &usize| {
+            words[*at].ends_with("ing")
+                && self.phrases.is_main_verb(&words[*at])
+                && words.get(at + 1).is_some_and(|word| OBJECTS.contains(&word.as_str()))
+                && WAYS.contains(&words[at - 1].as_str())
+        };
+        if let Some(at) = (1..words.len()).find(is_along) {
+            words.insert(at, "while".into());
+        }
         words
     }
 
@@ -125,6 +138,8 @@ impl Reader<'_> {
                     script.clauses.push(Clause::new(vec![action]));
                 }
             }
+            // "A heart with the arms over your head": where the hands are.
+            (Some(None), Some(last)) if action.verb == "raise_arms" && self.is_of_hands(&last.actions) => {}
             (Some(None), Some(last)) => {
                 let text = |action: &Action| action.verb.replace('_', " ");
                 let before: Vec<String> = last.actions.iter().map(text).collect();
@@ -137,6 +152,12 @@ impl Reader<'_> {
             }
             _ => script.clauses.push(Clause { seconds, times, ..Clause::new(vec![action]) }),
         }
+    }
+
+    /// Returns whether actions are gestures of the hands alone.
+    fn is_of_hands(&self, actions: &[Action]) -> bool {
+        let verbs = actions.iter().filter_map(|action| self.grammar.verb(&action.verb).ok());
+        verbs.into_iter().all(|verb| matches!(verb.acts, Acts::Hand | Acts::Hands))
     }
 
     /// Returns whether "and" is at once: a gesture and a walk, or the head and anything.

@@ -3,7 +3,9 @@
 use super::said::number;
 
 /// Phrases and plainer ones; an empty one says nothing.
-const PLAIN: [(&str, &str); 55] = [
+const PLAIN: [(&str, &str); 57] = [
+    ("as high as you can", "high"),
+    ("as high as possible", "high"),
     ("next to the ear", ""),
     ("next to your ear", ""),
     ("beside your ear", ""),
@@ -93,7 +95,7 @@ pub(super) fn plainly(mut words: Vec<String>) -> Vec<String> {
             }
         }
     }
-    by_degrees(the_same_way(one_and_the_other(words)))
+    by_degrees(the_same_way(step_by_step(one_and_the_other(words))))
 }
 
 fn split(text: &str) -> Vec<String> {
@@ -150,7 +152,16 @@ fn counted_seconds(mut words: Vec<String>) -> Vec<String> {
 
 /// "Keep the upper arms where they are" asks for nothing.
 fn kept_as_it_is(mut words: Vec<String>) -> Vec<String> {
-    const ENDS: [&str; 5] = ["where they are", "where it is", "as they are", "stay quiet", "quiet"];
+    const ENDS: [&str; 8] = [
+        "where they are",
+        "where it is",
+        "as they are",
+        "stay quiet",
+        "quiet",
+        "glued to your body",
+        "glued to your sides",
+        "close to your body",
+    ];
     for end in ENDS.map(split) {
         let Some(at) = place(&words, &end) else { continue };
         let keeps = |word: &String| ["keep", "keeps", "keeping"].contains(&word.as_str());
@@ -214,6 +225,21 @@ fn one_and_the_other(mut words: Vec<String>) -> Vec<String> {
     const BEFORE: [&str; 6] = ["after", "of", "over", "by", "than", "behind"];
     let limb = |words: &[String], at: usize| words.get(at).filter(|word| LIMBS.contains(&word.as_str())).cloned();
     let one = (0..words.len()).find(|at| words[*at] == "one" && limb(&words, at + 1).is_some());
+    let again = |one: usize| {
+        let same = |at: &usize| words[*at] == "one" && limb(&words, at + 1) == limb(&words, one + 1);
+        (one + 2..words.len()).find(same)
+    };
+    // "One arm up one arm out".
+    if let Some(second) = one.and_then(again).filter(|_| !words.iter().any(|word| word == "left" || word == "right")) {
+        words[second] = "left".into();
+        if !JOINS.contains(&words[second - 1].as_str()) {
+            words.insert(second, ",".into());
+        }
+        if let Some(first) = one {
+            words[first] = "right".into();
+        }
+        return words;
+    }
     let other = words.windows(2).position(|two| two[0] == "the" && two[1] == "other");
     let (Some(one), Some(other)) = (one, other.filter(|at| *at > 0)) else { return words };
     let says_side = words.iter().any(|word| word == "left" || word == "right");
@@ -227,6 +253,28 @@ fn one_and_the_other(mut words: Vec<String>) -> Vec<String> {
     words.splice(other..other + 2 + usize::from(is_named), ["the".to_string(), "left".into(), said]);
     words[one] = "right".into();
     words
+}
+
+/// "Step left step right" is two steps; "look right and point there" points to the right.
+fn step_by_step(words: Vec<String>) -> Vec<String> {
+    let is_side = |word: &String| word == "left" || word == "right";
+    let mut out: Vec<String> = Vec::with_capacity(words.len());
+    let mut side: Option<String> = None;
+    for word in words {
+        let repeats = out.len() > 1
+            && out[out.len() - 2] == word
+            && is_side(&out[out.len() - 1])
+            && !is_side(&word)
+            && !JOINS.contains(&word.as_str());
+        out.extend(repeats.then(|| ",".to_string()));
+        let points = out.last().is_some_and(|last| ["point", "points", "pointing"].contains(&last.as_str()));
+        match side.as_ref().filter(|_| points && word == "there") {
+            Some(side) => out.extend(split(&format!("to the {side}"))),
+            None => out.push(word),
+        }
+        side = out.last().filter(|last| is_side(last)).cloned().or(side);
+    }
+    out
 }
 
 /// "Turn right, walk, turn the same way": to the right.
@@ -278,6 +326,9 @@ mod tests {
             ("walk ahead and then back without turning round", "walk ahead and then walk backwards"),
             ("one arm goes up, the other goes out", "right arm goes up , the left arm goes out"),
             ("raise one arm after the other", "raise one arm after the other"),
+            ("one arm up one arm out to the side", "right arm up , left arm out to the side"),
+            ("step left step right", "step left , step right"),
+            ("look to the right and point there", "look to the right and point to the right"),
             ("turn right, then turn the same way", "turn right , then turn to the right"),
             ("lean left by ten degrees, then right by twenty", "lean left by ten degrees , then right by 20 degrees"),
             ("stepping left right, pump both arms on every step", "stepping left right while pump both arms"),

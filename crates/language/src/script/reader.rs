@@ -236,6 +236,13 @@ impl<'a> Reader<'a> {
                 let limb = if self.grammar.verbs[verb].acts == Acts::Foot { "foot" } else { "hand" };
                 piece.words.extend([side.mirrored().word().to_string(), limb.to_string()]);
             }
+            // "To one side, then the other".
+            let way =
+                script.clauses.last().and_then(|clause| clause.actions.last()).and_then(|action| action.direction);
+            let is_other = piece.words.iter().any(|word| word == "other");
+            if let (None, Some(Direction::Left | Direction::Right), true) = (side, way, is_other) {
+                piece.words.push(if way == Some(Direction::Left) { "right" } else { "left" }.into());
+            }
         }
     }
 

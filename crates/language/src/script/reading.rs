@@ -87,10 +87,11 @@ impl Reader<'_> {
         let has_pair = |script: &Script| {
             script.clauses.iter().any(|clause| clause.actions.len() > 1 || !clause.postures.is_empty())
         };
-        // A pair that only the network sees may be another place that hands touch.
+        // A pair that only the network sees may be another place that hands touch, or a guess.
         let is_guess = || has_pair(&script) && !has_pair(&self.read_within(text, MOST_WITHIN));
+        let guesses = script.notes.iter().any(|note| note.contains("is taken for"));
         let found = overlaid(&self.phrases, text)
-            .filter(|(_, posture)| !has_pair(&script) || posture.touches.is_some() && is_guess());
+            .filter(|(_, posture)| !has_pair(&script) || (posture.touches.is_some() || guesses) && is_guess());
         let Some((rest, posture)) = found else { return script };
         if is_open(&self.read_within(&rest, MOST_WITHIN)) {
             return script;
@@ -128,7 +129,14 @@ impl Reader<'_> {
         let ByNetwork { script: network, certainty, asking } = self.read_by_network(text);
         let says_little = is_open(&rules) || verbs(&rules) == ["stand"];
         let is_one = rules.clauses.len() <= 1 && network.clauses.len() <= 2;
-        let fits = |one: &Reaction<'_>| says_little && is_one && (one.is_clear || certainty < SURE);
+        // "Walk tired, as after a long day" asks for a walk; "someone throws a ball at you" for none.
+        let words = normal(text);
+        let asks = !rules.clauses.is_empty() && words.first().is_some_and(|word| self.phrases.is_main_verb(word));
+        let happens = words.first().is_some_and(|word| ["someone", "somebody"].contains(&word.as_str()))
+            && words.iter().any(|word| word == "you" || word == "your");
+        let fits = |one: &Reaction<'_>| {
+            !asks && (says_little || happens) && is_one && (one.is_clear || happens || certainty < SURE)
+        };
         if let Some(reaction) = self.reaction(text).filter(fits) {
             let note = format!("read as a situation: {}", reaction.means);
             let mut script = self.read_within(reaction.means, MOST_WITHIN);
@@ -186,7 +194,9 @@ impl Reader<'_> {
     fn read_by_network(&self, text: &str) -> ByNetwork {
         let mut script = Script::default();
         let words = spelt(&self.phrases, normal(text), &mut script.notes);
-        let words = self.counted_words(without_negations(words, &mut script.notes));
+        let words = without_negations(words, &mut script.notes);
+        let steps = words.iter().any(|word| word == "step");
+        let words = self.opened(if steps { self.counted_words(words) } else { words });
         let stretches = self.learned.read(&words);
         let certainty = stretches.iter().map(|one| one.certainty).reduce(f64::min).unwrap_or(0.0);
         let asking = stretches.iter().flat_map(|one| one.words.iter().cloned()).collect();

@@ -175,6 +175,10 @@ pub(super) fn said(words: &[String]) -> Said {
         out.first = Some(if sides[0] == "left" { Side::Left } else { Side::Right });
         out.count = Some(sides.len() as u32);
     }
+    let respects = has_word(&["respectfully", "reverently"]) && has_word(&["bow", "bows", "bowing"]);
+    if respects {
+        out.size.get_or_insert(Size::Big);
+    }
     // "Bow real low".
     if has_word(&["low", "lower"]) && has_word(&["bow", "bows", "bowing", "curtsy", "squat", "squats", "crouch"]) {
         out.size.get_or_insert(Size::Big);
@@ -284,7 +288,7 @@ fn adverb(out: &mut Said, word: &str) -> bool {
         | "faster" | "brisk" | "rapid" | "hurry" | "frantically" | "wildly" | "energetic" | "scurry" | "scurries"
         | "scurrying" | "scamper" | "scampers" | "scampering" | "hustle" | "hustles" | "hustling" | "rush"
         | "rushes" | "rushing" | "snappy" | "abruptly" | "suddenly" | "sharply" | "urgently" | "hasty" | "panic"
-        | "panicky" => out.speed = Some(Speed::Fast),
+        | "panicky" | "surprised" | "startled" => out.speed = Some(Speed::Fast),
         "widely" | "wide" | "wider" | "large" | "larger" | "big" | "bigger" | "huge" | "giant" | "gigantic"
         | "enormous" | "massive" | "vigorous" | "exaggerated" | "broadly" | "deeply" | "deep" | "far"
         | "expansively" | "hugely" | "vigorously" | "generously" | "dramatically" | "gusto" | "sarcastically"

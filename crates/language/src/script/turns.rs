@@ -27,8 +27,13 @@ impl Reader<'_> {
         let says = |all: &[&str]| words.iter().any(|word| all.contains(&word.as_str()));
         let last = script.clauses.last().and_then(|clause| clause.actions.last());
         let has_turned = last.is_some_and(|last| self.is_turn(last) && last.degrees == Some(180));
-        let is_return = verb.name == "walk_backward" && says(&["back"]) && !says(&["backward", "backwards"]);
-        if has_turned && is_return { self.grammar.verb("walk").unwrap_or(verb) } else { verb }
+        let ahead = match verb.name.as_str() {
+            "walk_backward" => "walk",
+            "step_back" => "step_forward",
+            _ => return verb,
+        };
+        let is_return = says(&["back"]) && !says(&["backward", "backwards"]);
+        if has_turned && is_return { self.grammar.verb(ahead).unwrap_or(verb) } else { verb }
     }
 
     /// Returns whether a gait needs a turn before it: "walk away", "tiptoe forward and run back".
@@ -140,7 +145,8 @@ pub(super) fn beyond(verb: &Verb, said: &Said) -> Option<String> {
     if let Some(pace) = pace {
         return Some(format!("{pace:.1} m/s is faster than its legs go (at most {FASTEST} m/s)"));
     }
-    let jumps = verb.shows.contains(&Show::Flight).then_some(said.metres).flatten();
+    let leaps = verb.shows.contains(&Show::Flight) && verb.tempo != Tempo::Pace;
+    let jumps = leaps.then_some(said.metres).flatten();
     if let Some(metres) = jumps.filter(|metres| *metres > HIGHEST) {
         return Some(format!("{metres} m is more than it jumps: its feet rise by centimetres"));
     }

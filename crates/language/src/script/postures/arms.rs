@@ -91,7 +91,7 @@ fn at_a_place(piece: &Words<'_>, side: Side) -> Option<Placed> {
         let is_far = piece.has(&["other", "far", "opposite"]);
         let crosses = crosses || is_far || piece.said.sides[2].is_some_and(|other| other != side);
         return match crosses && !both {
-            true => Some((place(62.0, -24.0, 40.0, 95.0), Some(Touch::Shoulder), true)),
+            true => Some((place(62.0, -24.0, 40.0, 95.0), Some(Touch::Shoulder), false)),
             false => Some((place(20.0, 62.0, -20.0, 129.0), Some(Touch::OwnShoulder), false)),
         };
     }

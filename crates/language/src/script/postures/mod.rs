@@ -287,7 +287,9 @@ impl Row {
         };
         match self.postures.last_mut() {
             // "Palms together, elbows out": as they are by then.
-            Some(last) if last.touches == Some(Touch::Hands) && piece.has(&ELBOWS) && is_along => {}
+            Some(last) if last.touches == Some(Touch::Hands) && piece.has(&ELBOWS) && is_along => {
+                last.hold = last.hold.max(read.posture.hold);
+            }
             Some(last) if read.posture.is_empty() => last.hold = last.hold.max(read.posture.hold),
             // "Until the thigh is level": the same again.
             Some(last) if Posture { hold: last.hold, ..read.posture.clone() } == *last => {
