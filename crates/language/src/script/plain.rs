@@ -95,6 +95,7 @@ pub(super) fn plainly(mut words: Vec<String>) -> Vec<String> {
             }
         }
     }
+    words = over_there(words);
     by_degrees(the_same_way(step_by_step(one_and_the_other(words))))
 }
 
@@ -220,6 +221,28 @@ fn back_without_a_turn(mut words: Vec<String>) -> Vec<String> {
     split(&text.join(" "))
 }
 
+/// "Hurry over to the right": who runs somewhere turns there first.
+fn over_there(mut words: Vec<String>) -> Vec<String> {
+    const RUNS: [&str; 8] = ["run", "runs", "hurry", "rush", "dash", "jog", "sprint", "race"];
+    const WALKS: [&str; 5] = ["walk", "walks", "go", "goes", "head"];
+    const OVER: [&str; 3] = ["over", "off", "away"];
+    let at = |words: &[String], at: usize, all: &[&str]| words.get(at).is_some_and(|word| all.contains(&word.as_str()));
+    let begin = (0..words.len()).find(|i| {
+        let over = usize::from(at(&words, i + 1, &OVER));
+        let goes = at(&words, *i, &RUNS) || at(&words, *i, &WALKS) && over > 0;
+        let there = at(&words, i + 1 + over, &["to"]) && at(&words, i + 2 + over, &["the", "your"]);
+        // "To the right side" and "to the left of it" are there, too; "to the right foot" is not.
+        let ends = words.get(i + 4 + over).is_none_or(|word| JOINS.contains(&word.as_str()));
+        goes && there && at(&words, i + 3 + over, &["left", "right"]) && ends
+    });
+    if let Some(begin) = begin {
+        let over = usize::from(at(&words, begin + 1, &OVER));
+        let (verb, side) = (words[begin].clone(), words[begin + 3 + over].clone());
+        words.splice(begin..begin + 4 + over, split(&format!("turn {side} , then {verb} forward")));
+    }
+    words
+}
+
 /// "One arm goes up, the other goes out": the right one and the left one.
 fn one_and_the_other(mut words: Vec<String>) -> Vec<String> {
     const BEFORE: [&str; 6] = ["after", "of", "over", "by", "than", "behind"];
@@ -328,6 +351,8 @@ mod tests {
             ("raise one arm after the other", "raise one arm after the other"),
             ("one arm up one arm out to the side", "right arm up , left arm out to the side"),
             ("step left step right", "step left , step right"),
+            ("hurry over to the right, you are late", "turn right , then hurry forward , you are late"),
+            ("walk to the left", "walk to the left"),
             ("look to the right and point there", "look to the right and point to the right"),
             ("turn right, then turn the same way", "turn right , then turn to the right"),
             ("lean left by ten degrees, then right by twenty", "lean left by ten degrees , then right by 20 degrees"),

@@ -39,7 +39,7 @@ Examples:
   lifelike run lima-blind --bus sim:127.0.0.1:9870 --get-up lima
   lifelike run lima-blind --bus sim:127.0.0.1:9870 --wiggle     # on a stand: tries every motor
   lifelike run lima-blind --bus replay:walk.mcap                # packets of a record
-  lifelike run lima-blind --bus dynamixel:/dev/ttyUSB0,servos=lima.servos.toml,imu=0.0.0.0:9871   # Dynamixel servos
+  lifelike run lima-blind --bus dynamixel:/dev/ttyUSB0,imu=0.0.0.0:9871   # servos of servos.toml
   lifelike run g1-deploy --bus unitree:eth0                     # a G1; needs a build with DDS
   lifelike run lima-blind --bus ros2:0,imu=/imu                 # a robot under ROS 2
 
