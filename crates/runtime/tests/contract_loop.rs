@@ -211,7 +211,9 @@ fn a_record_with_gaps_is_replayed_at_its_own_times() {
         (summary.trip.map(|trip| trip.cause), summary.ticks)
     };
     let mut clock = ReplayBus::new(&record).unwrap().clock();
-    assert_eq!(trip(&mut clock), (None, ticks));
+    // Phases last a time, so a loop that slept makes fewer ticks of them.
+    let (cause, played) = trip(&mut clock);
+    assert!(cause.is_none() && (ticks - 30..=ticks).contains(&played), "{cause:?} after {played} of {ticks} ticks");
     assert_eq!(trip(&mut VirtualClock::default()).0, Some(Cause::ClockJump));
 }
 
