@@ -351,7 +351,7 @@ mod tests {
             ("raise one arm after the other", "raise one arm after the other"),
             ("one arm up one arm out to the side", "right arm up , left arm out to the side"),
             ("step left step right", "step left , step right"),
-            ("hurry over to the right, you are late", "turn right , then hurry forward , you are late"),
+            ("hurry over to the right and wave", "turn right , then hurry forward and wave"),
             ("walk to the left", "walk to the left"),
             ("look to the right and point there", "look to the right and point to the right"),
             ("turn right, then turn the same way", "turn right , then turn to the right"),
