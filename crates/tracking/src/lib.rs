@@ -9,7 +9,7 @@
 //!
 //! [`GetUpSearch`] finds the keyframes of a get-up script instead, by the cross-entropy method.
 //!
-//! Reward terms are declared in [`rewards::terms`], terminations in [`terminations`], each once. [`plan::keys`] lists
+//! Reward terms are declared in [`rewards::terms`], terminations in [`terminations`], each once. [`lifelike_train::plan::keys`] lists
 //! every key of a plan with unit, default and meaning. [`reference::rsi`] draws the starts of episodes.
 
 pub mod environment;
