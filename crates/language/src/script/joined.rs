@@ -156,8 +156,8 @@ impl Reader<'_> {
 
     /// Returns whether actions are gestures of the hands alone.
     fn is_of_hands(&self, actions: &[Action]) -> bool {
-        let verbs = actions.iter().filter_map(|action| self.grammar.verb(&action.verb).ok());
-        verbs.into_iter().all(|verb| matches!(verb.acts, Acts::Hand | Acts::Hands))
+        let mut verbs = actions.iter().filter_map(|action| self.grammar.verb(&action.verb).ok());
+        verbs.all(|verb| matches!(verb.acts, Acts::Hand | Acts::Hands))
     }
 
     /// Returns whether "and" is at once: a gesture and a walk, or the head and anything.

@@ -107,6 +107,10 @@ fn place(words: &[String], said: &[String]) -> Option<usize> {
     words.windows(said.len()).position(|part| part == said)
 }
 
+fn is_one_of(words: &[String], at: usize, all: &[&str]) -> bool {
+    words.get(at).is_some_and(|word| all.contains(&word.as_str()))
+}
+
 /// Drops what somebody does who another is likened to: "like a mouse that saw the cat".
 fn without_who(words: Vec<String>) -> Vec<String> {
     const WHO: [&str; 5] = ["who", "whos", "whose", "that", "which"];
@@ -226,17 +230,16 @@ fn over_there(mut words: Vec<String>) -> Vec<String> {
     const RUNS: [&str; 8] = ["run", "runs", "hurry", "rush", "dash", "jog", "sprint", "race"];
     const WALKS: [&str; 5] = ["walk", "walks", "go", "goes", "head"];
     const OVER: [&str; 3] = ["over", "off", "away"];
-    let at = |words: &[String], at: usize, all: &[&str]| words.get(at).is_some_and(|word| all.contains(&word.as_str()));
     let begin = (0..words.len()).find(|i| {
-        let over = usize::from(at(&words, i + 1, &OVER));
-        let goes = at(&words, *i, &RUNS) || at(&words, *i, &WALKS) && over > 0;
-        let there = at(&words, i + 1 + over, &["to"]) && at(&words, i + 2 + over, &["the", "your"]);
-        // "To the right side" and "to the left of it" are there, too; "to the right foot" is not.
+        let over = usize::from(is_one_of(&words, i + 1, &OVER));
+        let goes = is_one_of(&words, *i, &RUNS) || is_one_of(&words, *i, &WALKS) && over > 0;
+        let there = is_one_of(&words, i + 1 + over, &["to"]) && is_one_of(&words, i + 2 + over, &["the", "your"]);
+        // Nothing follows the side: "to the right foot" is another place.
         let ends = words.get(i + 4 + over).is_none_or(|word| JOINS.contains(&word.as_str()));
-        goes && there && at(&words, i + 3 + over, &["left", "right"]) && ends
+        goes && there && is_one_of(&words, i + 3 + over, &["left", "right"]) && ends
     });
     if let Some(begin) = begin {
-        let over = usize::from(at(&words, begin + 1, &OVER));
+        let over = usize::from(is_one_of(&words, begin + 1, &OVER));
         let (verb, side) = (words[begin].clone(), words[begin + 3 + over].clone());
         words.splice(begin..begin + 4 + over, split(&format!("turn {side} , then {verb} forward")));
     }

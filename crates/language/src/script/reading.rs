@@ -89,9 +89,9 @@ impl Reader<'_> {
         };
         // A pair that only the network sees may be another place that hands touch, or a guess.
         let is_guess = || has_pair(&script) && !has_pair(&self.read_within(text, MOST_WITHIN));
-        let guesses = script.notes.iter().any(|note| note.contains("is taken for"));
-        let found = overlaid(&self.phrases, text)
-            .filter(|(_, posture)| !has_pair(&script) || (posture.touches.is_some() || guesses) && is_guess());
+        let found = overlaid(&self.phrases, text).filter(|(_, posture)| {
+            !has_pair(&script) || is_guess() && (posture.touches.is_some() || self.certainty(text) < SURE)
+        });
         let Some((rest, posture)) = found else { return script };
         if is_open(&self.read_within(&rest, MOST_WITHIN)) {
             return script;
