@@ -7,9 +7,13 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::{PoisonError, RwLock};
 
 /// In place of every budget of a training.
 const SHORT: &str = "budget.steps=20000";
+
+/// Held alone by the page whose robot runs in real time: trainings beside it take its time away.
+static REAL_TIME: RwLock<()> = RwLock::new(());
 
 /// A fenced block that is a command line.
 struct Block {
@@ -54,6 +58,17 @@ fn shortened(text: &str) -> String {
 
 /// Runs a page's blocks from an empty folder with a robot and a capture of the reader's own in it.
 fn follow(page: &str) {
+    let _other = REAL_TIME.read().unwrap_or_else(PoisonError::into_inner);
+    run_blocks(page);
+}
+
+/// Runs a page's blocks while no other page is run.
+fn follow_alone(page: &str) {
+    let _alone = REAL_TIME.write().unwrap_or_else(PoisonError::into_inner);
+    run_blocks(page);
+}
+
+fn run_blocks(page: &str) {
     let text = std::fs::read_to_string(root().join(page)).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let put = |from: &str, to: &str| std::fs::copy(root().join(from), folder.path().join(to)).unwrap();
@@ -118,7 +133,7 @@ fn looking_at_motion() {
 
 #[test]
 fn on_the_robot() {
-    follow("docs/runtime.md");
+    follow_alone("docs/runtime.md");
 }
 
 #[test]

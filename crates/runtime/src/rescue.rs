@@ -6,7 +6,7 @@ use lifelike_robot::{GetUp, GetUpScript, MeasuredState, Robot};
 
 use crate::bus::Measurement;
 use crate::error::RuntimeError;
-use crate::gate::Trip;
+use crate::gate::Gate;
 use crate::phase::Phase;
 
 /// Tries after one fall.
@@ -36,13 +36,13 @@ impl Rescue {
     }
 
     /// Returns whether the robot has fallen, nothing is broken, and it may try once more.
-    pub(crate) fn may_begin(&mut self, phase: Phase, trip: Option<Trip>) -> bool {
-        let fell = trip.is_some_and(|trip| trip.cause.is_fall());
+    pub(crate) fn may_begin(&mut self, phase: Phase, gate: &Gate, up_b: [f32; 3]) -> bool {
+        let fell = gate.has_fallen(up_b);
         if fell && !self.is_down && phase != Phase::Idle {
             (self.is_down, self.tries) = (true, 0);
             self.falls += 1;
         }
-        self.is_down && (fell || trip.is_none()) && self.tries < TRIES
+        self.is_down && (fell || gate.trip().is_none()) && self.tries < TRIES
     }
 
     /// Begins a try from these joint positions (rad).
@@ -81,5 +81,48 @@ fn state(measured: &Measurement) -> MeasuredState<'_> {
         joint_velocity: &measured.velocity,
         root_orientation: measured.orientation,
         ..MeasuredState::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gate::{Cause, Intent, Limits, Mode};
+
+    const UP: [f32; 3] = [0.0, 0.0, 1.0];
+
+    /// Sends `ticks` packets with a shoulder at this velocity (rad/s) and the root turned by this angle about x (rad).
+    fn send(gate: &mut Gate, packet: &mut Measurement, ticks: u32, velocity: f32, angle: f32) {
+        packet.orientation = [(0.5 * angle).cos(), (0.5 * angle).sin(), 0.0, 0.0];
+        packet.velocity[1] = velocity;
+        let targets = packet.position.clone();
+        for _ in 0..ticks {
+            packet.sequence += 1;
+            packet.clock += 1_000_000;
+            gate.receive(packet.clock, packet);
+            let intent = Intent { mode: Mode::Position, targets: &targets, rate: 1.0, reference: &[], up_b: None };
+            gate.pass(packet.clock, intent);
+        }
+    }
+
+    #[test]
+    fn an_arm_that_the_fall_flung_is_part_of_the_fall_and_one_of_a_standing_robot_is_not() {
+        let robot = Arc::new(Robot::load("lima").unwrap());
+        let mut gate = Gate::new(Limits::of(&robot, Default::default()).unwrap(), 1000.0);
+        let mut packet = Measurement::new(robot.joints());
+        send(&mut gate, &mut packet, 20, 0.0, 0.0);
+        assert!(gate.trip().is_none() && !gate.has_fallen(UP));
+        let fast = 1.1 * gate.limits().joints[1].velocity;
+        send(&mut gate, &mut packet, 30, fast, 0.0);
+        assert_eq!(gate.trip().map(|trip| trip.cause), Some(Cause::Velocity));
+        gate.pardon_fall(UP);
+        assert!(
+            gate.trip().is_some() && !gate.has_fallen(UP),
+            "a standing robot whose joint runs away is not pardoned"
+        );
+        send(&mut gate, &mut packet, 30, 0.0, 1.5);
+        assert!(gate.has_fallen(UP));
+        gate.pardon_fall(UP);
+        assert!(gate.trip().is_none());
     }
 }

@@ -147,10 +147,13 @@ impl Supervisor {
     /// Makes the command of one tick at `now` (ns).
     pub fn tick(&mut self, now: u64, request: Request) -> &SafeCommand {
         let (trip, measured) = (self.gate.trip(), self.gate.measured());
-        let rescue = self.rescue.as_mut();
+        let (rescue, first_up_b) = (self.rescue.as_mut(), self.motions.first_up_b());
         let (fallen, up) = rescue.map_or((false, false), |rescue| {
             let gets_up = self.phase == Phase::GetUp;
-            (rescue.may_begin(self.phase, trip), gets_up && measured.is_some_and(|measured| rescue.is_up(measured)))
+            (
+                rescue.may_begin(self.phase, &self.gate, first_up_b),
+                gets_up && measured.is_some_and(|measured| rescue.is_up(measured)),
+            )
         });
         let situation = Situation {
             request,
@@ -224,7 +227,7 @@ impl Supervisor {
                 self.take_over();
             }
             Phase::GetUp => {
-                self.gate.pardon_fall();
+                self.gate.pardon_fall(self.motions.first_up_b());
                 if let (Some(rescue), Some(measured)) = (&mut self.rescue, self.gate.measured()) {
                     rescue.begin(&measured.position);
                 }

@@ -106,9 +106,19 @@ impl Gate {
         self.trip
     }
 
+    /// Returns whether the gate brakes for a fall: by the cause itself, or by a joint that was flung on the way down.
+    ///
+    /// A robot whose root is tilted beyond `tilt_max` against `up_b` lies. Its arms hit the floor faster than motors turn.
+    pub(crate) fn has_fallen(&self, up_b: [f32; 3]) -> bool {
+        let lies = tilt(self.measured.orientation, up_b) > self.limits.settings.tilt_max as f32;
+        self.trip.is_some_and(|trip| trip.cause.is_fall() || (trip.cause == Cause::Velocity && lies))
+    }
+
     /// Lets a robot that fell be driven again; any other trip stays.
-    pub(crate) fn pardon_fall(&mut self) {
-        self.trip = self.trip.filter(|trip| !trip.cause.is_fall());
+    pub(crate) fn pardon_fall(&mut self, up_b: [f32; 3]) {
+        if self.has_fallen(up_b) {
+            self.trip = None;
+        }
     }
 
     /// Returns counts of packets.
