@@ -4,9 +4,9 @@
 
 # The engine's gates against MuJoCo and its promises, with the instruction set of LIFELIKE_SIMD.
 gates() {
-    cargo test --locked --release --workspace --features lifelike/mujoco \
-        --test oracle_contact --test oracle_engine --test oracle_constraint_wrenches --test oracle_closure --test oracle_coupling \
-        --test contract_engines --test contract_augmented --test contract_robots
+    cargo test --locked --release --workspace --features lifelike/mujoco --test all -- \
+        oracle_contact:: oracle_engine:: oracle_constraint_wrenches:: oracle_closure:: oracle_coupling:: \
+        contract_engines:: contract_augmented:: contract_robots::
 }
 
 step "MuJoCo, and the robots that gates measure"
@@ -28,7 +28,7 @@ awk '/^test result:/ { passed += $4; failed += $6; ignored += $8 }
 [ "$status" -eq 0 ] || exit "$status"
 
 step "other people's robots"
-cargo test --locked --release --workspace --features lifelike/mujoco --test our_characters -- --ignored fetched
+cargo test --locked --release --workspace --features lifelike/mujoco --test all -- --ignored fetched_robots
 
 # The tests above built the program.
 lifelike="$target/release/lifelike"

@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release --example shuffles -- g1 policy.onnx ...`
 
-#[path = "../tests/shuffles/mod.rs"]
+#[path = "../tests/all/shuffles/mod.rs"]
 mod shuffles;
 
 use lifelike_robot::Robot;

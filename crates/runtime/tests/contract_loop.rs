@@ -1,6 +1,7 @@
 //! Promises about the loop: no allocation, every phase, and a record that replays bit for bit.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+#[path = "all/common/mod.rs"]
 mod common;
 
 use std::alloc::{GlobalAlloc, Layout, System};

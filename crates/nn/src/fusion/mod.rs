@@ -5,7 +5,7 @@
 //! was just before), [`HistoryAttention`] (which of the last K steps matters). Sequences of a batch have one length and lie
 //! step by step: row `t · sequences + s` is step t of sequence s.
 //!
-//! Every block is held against PyTorch, forward and backward (`tests/fusion.rs`).
+//! Every block is held against PyTorch, forward and backward (`tests/all/fusion.rs`).
 
 mod attention;
 mod elementary;

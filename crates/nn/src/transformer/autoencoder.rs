@@ -25,7 +25,7 @@ use crate::parameters::{ParameterList, Parameters};
 /// CIFAR-10 would have 0.86M, with a second hidden layer the curves 0.21M. Two rows follow from no reading with the
 /// table's n and c: 8 blocks of width 128 alone are 0.79M. Bézier (64D) is given 0.43M, which n = 2 has, and motion
 /// 0.63M, which is within 2% of n = 3. A decoder of width 2 c (ALiBi-Cat by the text of 3.3) has 0.50M for Lissajous
-/// curves: the table's 0.20M is no count of it. `tests/transformer_sizes.rs` holds all of this.
+/// curves: the table's 0.20M is no count of it. `tests/all/transformer_sizes.rs` holds all of this.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SplineAutoencoder {
     config: AutoencoderConfig,

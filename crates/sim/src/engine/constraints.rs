@@ -9,7 +9,7 @@
 //! In the coordinates u = D^(1/2) L a (M = Lᵀ D L) the matrix is Y Yᵀ with rows y_r = D^(-1/2) L^(-T) J_rᵀ that have
 //! entries on one chain of the tree only. So a row is visited by one scalar product and one update of u, and A is never
 //! formed. [`ITERATIONS`] visits of all rows per step, each contact solved [`INNER`](super::contact::INNER) times within itself, started from the
-//! forces of the step before: fixed, so that every environment does the same. `tests/oracle_contact.rs` says how far
+//! forces of the step before: fixed, so that every environment does the same. `tests/all/oracle_contact.rs` says how far
 //! that is from MuJoCo's converged forces, and that a hundred iterations arrive there.
 
 use super::collision::Detector;

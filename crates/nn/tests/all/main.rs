@@ -1,0 +1,10 @@
+//! Tests of nn at its public interface: one program, so that it is linked once.
+
+mod contract_checkpoint;
+mod encoder;
+mod fixture;
+mod fusion;
+mod pytorch;
+mod spline;
+mod transformer;
+mod transformer_sizes;

@@ -1,0 +1,8 @@
+//! Tests of robot at its public interface: one program, so that it is linked once.
+
+mod actuators;
+mod contract_observation;
+mod contract_robot;
+mod loading_clips;
+mod our_characters;
+mod readiness;
