@@ -76,7 +76,7 @@ impl Reader<'_> {
         script
     }
 
-    /// Returns how often "a step left", "some squats" or "do squats" are done, where no number is said.
+    /// Returns how often "a step left", "some squats", "do squats" or "jump up and down" are done, where no number is said.
     pub(super) fn some(&self, verb: &Verb, words: &[String]) -> Option<u32> {
         const DOING: [&str; 9] = ["do", "does", "doing", "some", "several", "few", "perform", "practice", "throw"];
         const LIMBS: [&str; 7] = ["arms", "hands", "legs", "feet", "knees", "toes", "sides"];
@@ -87,6 +87,10 @@ impl Reader<'_> {
         let is_one = words.iter().any(|word| word == "step") && !words.iter().any(|word| word == "side");
         if steps && is_one && said(words).metres.is_none() {
             return Some(1);
+        }
+        let is_again = ["up", "down"].iter().all(|way| words.iter().any(|word| word == way));
+        if is_again && ["jump", "hop", "bounce"].contains(&verb.name.as_str()) {
+            return Some(SOME);
         }
         let does = words.iter().position(|word| DOING.contains(&word.as_str()))?;
         (verb.once && words[does + 1..].iter().any(is_plural)).then_some(SOME)

@@ -26,6 +26,8 @@ const MOST_BENT: u32 = 60;
 const LOW_BOW: u32 = 45;
 /// Duration of a pose that is held for no time that was said (s).
 const HOLD: f64 = 3.0;
+/// Duration of what is done "for a bit" (s).
+const BRIEF: f64 = 5.0;
 /// Largest angle of a lifted arm (degrees).
 const MOST_LIFTED: u32 = 170;
 /// Depth of compounds in compounds.
@@ -147,7 +149,9 @@ impl<'a> Reader<'a> {
                 let is_open =
                     action.count.is_none() && action.metres.is_none() && action.degrees.is_none() && times == 1;
                 let is_held = said.holds && (verb.is_pose() || action.verb == "balance");
-                let open = if said.many { Some(WHILE) } else { is_held.then_some(HOLD) };
+                let is_brief = said.briefly && !matches!(verb.acts, Acts::Feet);
+                let brief = is_brief.then_some(BRIEF);
+                let open = if said.many { Some(WHILE) } else { is_held.then_some(HOLD).or(brief) };
                 let seconds = said.seconds.or(open.filter(|_| is_open));
                 // "Take four seconds to raise an arm": of a pose the way there.
                 let rise = said.seconds.filter(|_| said.is_way && verb.is_pose());

@@ -83,6 +83,8 @@ impl Reader<'_> {
 
     /// Reads a sentence that asks for no repetition of what stands before.
     fn read_once(&self, text: &str) -> Script {
+        let named = self.with_objects(text);
+        let text = named.as_str();
         let script = self.read_actions(text);
         let has_pair = |script: &Script| {
             script.clauses.iter().any(|clause| clause.actions.len() > 1 || !clause.postures.is_empty())
@@ -109,6 +111,30 @@ impl Reader<'_> {
         last.postures.push(posture);
         below.notes.extend(self.corrections(text));
         below
+    }
+
+    /// Returns a text with "it" as the thing named last, where a phrase does the same to that thing: "draw a sword, swing it".
+    fn with_objects(&self, text: &str) -> String {
+        const BEFORE: [&str; 9] = ["a", "an", "the", "his", "her", "your", "my", "their", "its"];
+        let mut words = normal(text);
+        let is_it = |at: &usize| words[*at] == "it" && self.phrases.is_main_verb(&words[at - 1]);
+        let places: Vec<usize> = (1..words.len()).filter(is_it).collect();
+        if places.is_empty() {
+            return text.to_owned();
+        }
+        for at in places {
+            let things = (1..at.saturating_sub(1)).filter(|thing| BEFORE.contains(&words[thing - 1].as_str())).rev();
+            let does = |thing: &usize| {
+                let mut phrase = vec![words[at - 1].clone(), "the".to_owned(), words[*thing].clone()];
+                let is_whole = self.whole(&phrase).is_some();
+                phrase.extend(words.get(at + 1).cloned());
+                is_whole || self.whole(&phrase).is_some()
+            };
+            if let Some(thing) = things.into_iter().find(does) {
+                words[at] = words[thing].clone();
+            }
+        }
+        words.join(" ")
     }
 
     /// Returns notes on the words of a text that are read as others, or left out.
@@ -174,6 +200,11 @@ impl Reader<'_> {
         script
     }
 
+    /// Returns whether a phrase is of a verb that is newer than the network.
+    fn is_of_newer(&self, fit: &Fit) -> bool {
+        matches!(fit.meaning, Meaning::Verb(number) if !self.learned.knows(number))
+    }
+
     /// Returns whether a verb is newer than the network.
     fn is_newer(&self, verb: &str) -> bool {
         let number = self.grammar().verbs.iter().position(|known| known.name == verb);
@@ -203,6 +234,10 @@ impl Reader<'_> {
         let mut before = Before::default();
         for Stretch { join, words, taken, certainty } in stretches {
             match taken {
+                // The network cannot name a verb that is newer than it; a phrase that says every word does.
+                _ if let Some(fit) = self.whole(&words).filter(|fit| self.is_of_newer(fit)) => {
+                    self.perform(&mut script, &Piece { join, words, fit: Some(fit) }, &mut before, MOST_WITHIN);
+                }
                 Taken::For(meaning) => {
                     let explained = words.iter().map(|word| self.phrases.base(word)).collect();
                     let fit = Fit { meaning, score: certainty, explained, has_verb: true };
@@ -237,10 +272,11 @@ impl Reader<'_> {
 
     /// Returns the verb or compound of which a phrase explains all words.
     fn whole(&self, words: &[String]) -> Option<Fit> {
-        const NOTHING: [&str; 6] = ["a", "an", "the", "your", "you", "please"];
+        const NOTHING: [&str; 11] = ["a", "an", "the", "your", "you", "please", "his", "her", "their", "times", "time"];
         let explains = |fit: &Fit| {
             let is_said = |word: &String| fit.explained.contains(&self.phrases.base(word));
-            words.iter().all(|word| is_said(word) || NOTHING.contains(&word.as_str()))
+            let is_number = |word: &String| word.parse::<f64>().is_ok();
+            words.iter().all(|word| is_said(word) || is_number(word) || NOTHING.contains(&word.as_str()))
         };
         let is_action = |fit: &Fit| !matches!(fit.meaning, Meaning::Instead(_)) && fit.has_verb;
         self.fit(words).filter(|fit| is_action(fit) && explains(fit))

@@ -33,6 +33,8 @@ pub(super) struct Said {
     pub one_hand: bool,
     /// True for "the same amount" as before.
     pub same: bool,
+    /// True for "for a bit".
+    pub briefly: bool,
     /// True for "for a while" and "again and again".
     pub many: bool,
     /// True for "in turn": one repetition of each side after the other, not all of one side first.
@@ -242,7 +244,7 @@ fn extent(out: &mut Said, words: &[String]) {
         let before = |n: usize| at.checked_sub(n).map_or("", &word);
         match own.as_str() {
             // "Jog for a bit" is as long as anybody jogs.
-            "bit" | "tad" | "smidge" if before(1) == "a" && before(2) == "for" => {}
+            "bit" | "tad" | "smidge" if before(1) == "a" && before(2) == "for" => out.briefly = true,
             // "A bit of a show" is no size.
             "bit" if word(at + 1) == "of" => {}
             "bit" | "tad" | "smidge" if ["a", "little"].contains(&before(1)) => out.few = true,
