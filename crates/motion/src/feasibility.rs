@@ -8,6 +8,7 @@
 
 mod finding;
 mod momentum;
+mod sway;
 mod touch;
 
 use lifelike_character::{Anatomy, Character, Kinematics};
@@ -16,7 +17,9 @@ use crate::clip::MotionClip;
 use crate::error::MotionError;
 
 pub use finding::{Feasibility, Finding, Kind};
+pub(crate) use momentum::centre_of_mass;
 pub use momentum::{Momentum, SMOOTH_SECONDS, momentum};
+pub(crate) use sway::shift_for;
 pub use touch::{TOUCH, Touch, nearest, outside, touches};
 
 /// Checks a clip. `speeds` are the largest speeds of the character's scalar joints, in its order (rad/s or m/s;

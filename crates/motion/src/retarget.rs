@@ -8,10 +8,12 @@
 //! 4. Pass A follows the human: damped Gauss-Newton over all joints, within ranges and speeds. Zero-phase smoothing
 //!    follows.
 //! 5. Pass B locks the stance soles to the ground with root and legs.
-//! 6. A last shift in height; [`RetargetReport`] is measured on the result.
+//! 6. A body that stands on one foot for long leans over it.
+//! 7. A last shift in height; [`RetargetReport`] is measured on the result.
 //!
 //! Limbs are compared by the DIRECTIONS of their segments, never by rotations, so rest poses need not agree.
 
+mod balance;
 mod bounds;
 mod correspondence;
 mod feet;
@@ -159,7 +161,8 @@ fn solve(rig: &Rig, shapes: &Shapes, human: &Human, stances: &[Stance; 2], optio
     let mut followed = passes::follow(rig, shapes, human, &soft, fps);
     limit_speeds(rig, &mut followed, fps);
     smooth::smooth_poses(rig, &mut followed, sigma);
-    plant::plant(rig, &followed, &followed, &soft, stances, options)
+    let planted = plant::plant(rig, &followed, &followed, &soft, stances, options);
+    balance::balance(rig, planted, stances, sigma, fps)
 }
 
 fn limit_speeds(rig: &Rig, poses: &mut [Vec<f64>], fps: f64) {

@@ -62,6 +62,11 @@ fn centre(character: &Character, pose: &Kinematics) -> Vec3 {
     bodies.map(|(i, body)| body.inertial.mass * pose.point(i, &body.inertial.com)).sum()
 }
 
+/// Returns the centre of mass (m, world).
+pub(crate) fn centre_of_mass(character: &Character, pose: &Kinematics) -> Vec3 {
+    centre(character, pose) / character.mass()
+}
+
 /// Returns the angular momentum about the common centre of mass (kg m²/s, world), by central differences.
 fn angular_momentum(character: &Character, poses: &[Kinematics], frame: usize, fps: f64) -> Vec3 {
     let (a, b) = (frame.saturating_sub(1), (frame + 1).min(poses.len() - 1));

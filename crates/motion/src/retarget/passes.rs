@@ -201,7 +201,6 @@ pub(super) fn stand(
     let mut solver = Solver::new(rig, |i| rig.axes[i].leg);
     let mut limits = Limits::new(rig);
     let mut tasks = Vec::new();
-    let at = rig.root.q_index;
     let mut kinematics = lifelike_character::Kinematics::new(rig.character);
     let mut poses: Vec<Vec<f64>> = Vec::with_capacity(base.len());
     for (t, pose) in base.iter().enumerate() {
@@ -214,34 +213,46 @@ pub(super) fn stand(
         for (side, targets) in soles.iter().enumerate() {
             sole_tasks(rig, side, &targets[t], &weight::LOCK, &mut tasks);
         }
-        // Start from this frame of the base, moved as the frame before was moved.
         let before = t.checked_sub(1).map(|b| (&base[b], &poses[b]));
-        solver.q.copy_from_slice(pose);
-        if let Some((old, new)) = before {
-            for i in at..at + 3 {
-                solver.q[i] += new[i] - old[i];
-            }
-            let turn = orientation(pose, at) * orientation(old, at).inverse() * orientation(new, at);
-            solver.q[at + 3..at + 7].copy_from_slice(&to_wxyz(&turn));
-        }
-        for (i, axis) in rig.axes.iter().enumerate() {
-            let (mut low, mut high) = (axis.low, axis.high);
-            if let Some((old, new)) = before {
-                let reach = axis.speed / fps;
-                low = low.max(new[axis.q] - reach).min(high);
-                high = high.min(new[axis.q] + reach).max(low);
-                solver.q[axis.q] += new[axis.q] - old[axis.q];
-            }
-            (limits.low[i], limits.high[i]) = (low, high);
-            // Where the base is, and how far from the base the frame before was.
-            let carried = solver.q[axis.q];
-            let (k, s) = (weight::KEEP_JOINT * weight::KEEP_JOINT, weight::CARRY * weight::CARRY);
-            limits.wish[i] = (k * pose[axis.q] + s * carried) / (k + s);
-            limits.weight[i] = (k + s).sqrt();
-            solver.q[axis.q] = carried.clamp(low, high);
-        }
+        carry(rig, pose, before, fps, &mut solver, &mut limits);
         solver.solve(&tasks, &limits, if t == 0 { 15 } else { iterations });
         poses.push(solver.q.clone());
     }
     poses
+}
+
+/// Starts from a frame of the base, moved as the frame `before` was moved: that of the base, and what became of it.
+pub(super) fn carry(
+    rig: &Rig,
+    pose: &[f64],
+    before: Option<(&Vec<f64>, &Vec<f64>)>,
+    fps: f64,
+    solver: &mut Solver,
+    limits: &mut Limits,
+) {
+    let at = rig.root.q_index;
+    solver.q.copy_from_slice(pose);
+    if let Some((old, new)) = before {
+        for i in at..at + 3 {
+            solver.q[i] += new[i] - old[i];
+        }
+        let turn = orientation(pose, at) * orientation(old, at).inverse() * orientation(new, at);
+        solver.q[at + 3..at + 7].copy_from_slice(&to_wxyz(&turn));
+    }
+    for (i, axis) in rig.axes.iter().enumerate() {
+        let (mut low, mut high) = (axis.low, axis.high);
+        if let Some((old, new)) = before {
+            let reach = axis.speed / fps;
+            low = low.max(new[axis.q] - reach).min(high);
+            high = high.min(new[axis.q] + reach).max(low);
+            solver.q[axis.q] += new[axis.q] - old[axis.q];
+        }
+        (limits.low[i], limits.high[i]) = (low, high);
+        // Where the base is, and how far from the base the frame before was.
+        let carried = solver.q[axis.q];
+        let (k, s) = (weight::KEEP_JOINT * weight::KEEP_JOINT, weight::CARRY * weight::CARRY);
+        limits.wish[i] = (k * pose[axis.q] + s * carried) / (k + s);
+        limits.weight[i] = (k + s).sqrt();
+        solver.q[axis.q] = carried.clamp(low, high);
+    }
 }

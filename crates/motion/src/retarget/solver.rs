@@ -18,6 +18,8 @@ pub(crate) enum Task {
     Apart { a: Spot, b: Spot, normal: Vec3, distance: f64, weight: f64 },
     /// An axis of a body points this way; a weight per world axis.
     Axis { body: usize, axis: Vec3, target: Vec3, weight: Vec3 },
+    /// The centre of mass is above this place of the ground (m, world).
+    Centre { target: Vec3, weight: f64 },
 }
 
 /// Bounds and wishes of the scalar joints for one frame, in the order of [`Rig::axes`].
@@ -164,6 +166,10 @@ impl<'a> Solver<'a> {
                     self.columns(*body, &Vec3::zeros(), |_, angular| angular.cross(&axis));
                     cost += self.add(&(target - axis), weight, 1.0);
                 }
+                Task::Centre { target, weight } => {
+                    let missing = (target - self.centre_columns()) * scale;
+                    cost += self.add(&missing, &Vec3::new(*weight, *weight, 0.0), scale);
+                }
             }
         }
         let n = self.axis.len();
@@ -179,6 +185,20 @@ impl<'a> Solver<'a> {
             self.hessian[i * n + i] += pull;
         }
         cost
+    }
+
+    /// Adds the Jacobian columns of the centre of mass to `self.jacobian`. Returns its place (m, world).
+    fn centre_columns(&mut self) -> Vec3 {
+        let character = self.rig.character;
+        let total = character.mass();
+        let mut centre = Vec3::zeros();
+        for (body, own) in character.bodies.iter().enumerate().filter(|(_, body)| body.inertial.mass > 0.0) {
+            let share = own.inertial.mass / total;
+            let at = self.kinematics.point(body, &own.inertial.com);
+            self.columns(body, &at, |linear, _| linear * share);
+            centre += at * share;
+        }
+        centre
     }
 
     /// Adds the Jacobian columns of a point on a body to `self.jacobian`.

@@ -1,13 +1,9 @@
 //! Sway: the body shifted above its feet so that the ground's force acts within them.
-//!
-//! A shift s(t) of the whole body moves the zero moment point by s − (h / f) s̈. Here h is the height of the centre of
-//! mass and f the vertical force per mass. For the point to move by e, that is a boundary value problem (a tridiagonal
-//! system). Its solution spreads e over √(h / f), a fifth of a second here: what a body does before it brakes.
 
 use lifelike_character::Vec3;
 
 use super::Needs;
-use crate::feasibility::nearest;
+use crate::feasibility::{nearest, shift_for};
 
 /// The point is left this far outside (m): less than what counts ([`Kind::Unbalanced`](crate::feasibility::Kind)).
 const OUTSIDE: f64 = 0.03;
@@ -30,7 +26,7 @@ impl Shift {
         if missing.iter().all(|e| *e == Vec3::zeros()) {
             return false;
         }
-        for (own, more) in self.0.iter_mut().zip(solve(needs, &missing, fps)) {
+        for (own, more) in self.0.iter_mut().zip(shift_for(&needs.momentum, &missing, needs.gravity, fps)) {
             *own += more;
             let far = own.norm() / (FARTHEST * leg_length);
             if far > 1.0 {
@@ -74,30 +70,3 @@ fn missing(needs: &Needs, fps: f64) -> Vec<Vec3> {
     }
     out
 }
-
-/// Solves s − k s̈ = e; at the ends s̈ is 0, in the air too.
-fn solve(needs: &Needs, missing: &[Vec3], fps: f64) -> Vec<Vec3> {
-    let n = missing.len();
-    let stiffness = |t: usize| {
-        let own = needs.momentum[t].as_ref().filter(|m| m.zero_moment_point.is_some());
-        own.map_or(AIRBORNE, |m| m.centre.z / m.specific_force.z.max(0.3 * needs.gravity) * fps * fps)
-    };
-    // Thomas' algorithm.
-    let (mut upper, mut right) = (vec![0.0; n], vec![Vec3::zeros(); n]);
-    for t in 0..n {
-        let k = stiffness(t);
-        let (below, above) = (if t > 0 { k } else { 0.0 }, if t + 1 < n { k } else { 0.0 });
-        let (before, known) = if t > 0 { (upper[t - 1], right[t - 1]) } else { (0.0, Vec3::zeros()) };
-        let pivot = 1.0 + below + above - below * before;
-        upper[t] = above / pivot;
-        right[t] = (missing[t] + known * below) / pivot;
-    }
-    for t in (0..n.saturating_sub(1)).rev() {
-        let next = right[t + 1];
-        right[t] += next * upper[t];
-    }
-    right
-}
-
-/// In the air a shift is to go on as it is: a stiffness (frames²) above all others.
-const AIRBORNE: f64 = 1e4;
