@@ -85,6 +85,7 @@ fn state(measured: &Measurement) -> MeasuredState<'_> {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
     use crate::gate::{Cause, Intent, Limits, Mode};

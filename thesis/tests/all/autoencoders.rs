@@ -1,7 +1,5 @@
 //! `lifelike-thesis images`, `strands` and `reconstruction` with the smallest budget; tests of `curves` are on the frame.
 
-#![allow(clippy::unwrap_used)]
-
 use std::path::Path;
 use std::process::{Command, Output};
 

@@ -1,10 +1,6 @@
 //! `lifelike-thesis critic`: a critic from rollouts of a frozen controller, measured.
 
-#![allow(clippy::unwrap_used)]
-
-use crate::programs;
-
-use programs::{at, json, keys, lifelike, root};
+use crate::programs::{at, json, keys, lifelike, root};
 use serde_json::Value;
 
 const CRITIC: &str = "[rollouts]\nenvironments = 8\nsteps = 150\n\

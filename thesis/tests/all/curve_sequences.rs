@@ -1,7 +1,5 @@
 //! Trainings on curves, short: they learn, they go on where they stopped, and they refuse what is not theirs.
 
-#![allow(clippy::unwrap_used)]
-
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -1,7 +1,5 @@
 //! `lifelike-thesis curves` with the smallest budget: tables, files, going on, and what is refused.
 
-#![allow(clippy::unwrap_used)]
-
 use std::path::Path;
 use std::process::{Command, Output};
 

@@ -1,11 +1,8 @@
 //! `lifelike-thesis generation`: tiny networks from data set to tables, and what is refused.
 
-#![allow(clippy::unwrap_used)]
-
-use crate::programs;
-
 use std::path::Path;
 
+use crate::programs::{at as path, json, lifelike, run};
 use lifelike_generation::critic::{CriticData, CriticPlan, CriticTrainer, RewardRecords, StepEnd};
 use lifelike_generation::data::CaptionedMotion;
 use lifelike_generation::representation::RepresentationSpec;
@@ -13,7 +10,6 @@ use lifelike_language::facts::{Action, Facts, HeldOut, Relation, Side};
 use lifelike_language::{CaptionedSet, Entry, Split};
 use lifelike_motion::container;
 use lifelike_robot::{Robot, clips};
-use programs::{at as path, json, lifelike, run};
 use serde_json::{Value, json};
 
 const GENERATOR: [&str; 11] = [

@@ -1,12 +1,8 @@
 //! `lifelike-thesis latent`: spaces of latent codes side by side.
 
-#![allow(clippy::unwrap_used)]
-
-use crate::programs;
-
 use std::path::Path;
 
-use programs::{at, json, keys, lifelike, root, run};
+use crate::programs::{at, json, keys, lifelike, root, run};
 use serde_json::Value;
 
 /// A prior that has hardly learnt anything, of two clips in the folder's `lima`.

@@ -1,10 +1,6 @@
 //! `lifelike-thesis tracking`: stages, variants one by one, both protocols.
 
-#![allow(clippy::unwrap_used)]
-
-use crate::programs;
-
-use programs::{err, root, run};
+use crate::programs::{err, root, run};
 use serde_json::Value;
 
 const TINY: &str = include_str!("../../../crates/lifelike/tests/commands/in_checkout/tiny.toml");

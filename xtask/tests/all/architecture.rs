@@ -1,14 +1,10 @@
 //! The house of ARCHITECTURE.md, held up by a test: who may import whom, who may write `unsafe`, how long a file may be.
 
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use crate::sources;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 
-use sources::rust_files;
+use crate::sources::rust_files;
 
 /// Floors: a crate may import crates on LOWER floors only.
 const FLOORS: [(&str, u32); 28] = [

@@ -1,13 +1,9 @@
 //! The documentation as readers find it: every page is listed, every link leads somewhere, and sentences can be read.
 
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use crate::sources;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use sources::rust_files;
+use crate::sources::rust_files;
 
 /// Longest sentence of every page of the documentation (words).
 const WORDS: usize = 25;

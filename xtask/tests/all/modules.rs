@@ -3,15 +3,11 @@
 //! A module is a file or folder directly below `src`. Imports are the names after `crate::`, and after `super::` in such a
 //! file; a name that `lib.rs` exports counts for the module that defines it. Tests may import what they like.
 
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use crate::sources;
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-use sources::rust_files;
+use crate::sources::rust_files;
 
 /// Circles that exist, and why each may stay for now. A circle that is gone must leave this list.
 const CIRCLES: [(&str, &[&str], &str); 9] = [

@@ -1,6 +1,4 @@
 //! Logs of benches: the arm's mass, units and signs.
-#![allow(clippy::unwrap_used)]
-
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 

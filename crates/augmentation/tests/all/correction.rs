@@ -1,8 +1,6 @@
 //! A trained augmentation: it closes a gap that it was trained on, its file gives the same numbers, and inside of a simulation it
 //! corrects what it corrects in that simulation's trace.
 
-#![allow(clippy::unwrap_used)]
-
 use std::sync::Arc;
 
 use lifelike_augmentation::model::SatSizes;

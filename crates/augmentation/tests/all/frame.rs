@@ -1,7 +1,5 @@
 //! A correction of bodies in their parents' frames: turn the whole scene, and it turns with it.
 
-#![allow(clippy::unwrap_used)]
-
 use std::sync::Arc;
 
 use lifelike_augmentation::model::{Frame, SatSizes};

@@ -1,8 +1,6 @@
 //! The whole network against PyTorch (`fixtures/make_sat.py`, which takes `peers/augmentation/sat.py`), and step by step against
 //! itself.
 
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use std::collections::BTreeMap;
 
 use lifelike_augmentation::model::{Backbone, ClosedLoop, Network, SatSizes, Stream};

@@ -1,6 +1,4 @@
 //! Whatever a file holds, reading it gives a character or an error.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use lifelike_character::anatomy::Overrides;
 use lifelike_character::{Anatomy, Character, Kinematics, Symmetry};
 use proptest::prelude::*;

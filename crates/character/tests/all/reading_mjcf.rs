@@ -1,6 +1,4 @@
 //! What is not understood is refused, and the error says where.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use std::f64::consts::FRAC_PI_2;
 
 use lifelike_character::{Character, CharacterError, EqualityKind, GeomShape, Quat, Vec3};

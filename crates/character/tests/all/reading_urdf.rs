@@ -1,6 +1,4 @@
 //! What files of real robots have and no simulation can do, put right and said.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use std::path::Path;
 
 use lifelike_character::{Character, GeomShape, Kinematics, Vec3};

@@ -1,7 +1,5 @@
 //! Files as people have them: other encodings, roots, loops, macros, copies, tendons. Each is read as MuJoCo reads it, or refused
 //! with the reason.
-#![allow(clippy::unwrap_used)]
-
 use lifelike_character::{Character, Quat, Vec3};
 
 const INERTIAL: &str =

@@ -1,7 +1,5 @@
 //! An alignment raises what the critic promises, keeps its guard, and goes on bit for bit.
 
-#![allow(clippy::unwrap_used)]
-
 use std::path::PathBuf;
 
 use lifelike_generation::GenerationError;

@@ -1,6 +1,4 @@
 //! The frozen text encoder against PyTorch (`fixtures/bert/make.py`).
-#![allow(clippy::unwrap_used)]
-
 use std::path::{Path, PathBuf};
 
 use lifelike_generation::text::minilm::MiniLm;

@@ -1,7 +1,5 @@
 //! The denoiser against PyTorch (`fixtures/make_denoiser.py`).
 
-#![allow(clippy::unwrap_used)]
-
 use std::collections::BTreeMap;
 
 use lifelike_generation::denoiser::{Denoiser, DenoiserInput, DenoiserSizes, TextInput};

@@ -1,7 +1,5 @@
 //! Schedules and samplers against numpy (`fixtures/make_diffusion.py`).
 
-#![allow(clippy::unwrap_used)]
-
 use std::collections::BTreeMap;
 use std::convert::Infallible;
 

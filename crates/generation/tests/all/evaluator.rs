@@ -1,6 +1,4 @@
 //! The evaluator on made-up motions: it learns, is saved, and goes on bit for bit.
-#![allow(clippy::unwrap_used)]
-
 use lifelike_checkpoint::Checkpoint;
 use lifelike_checkpoint::rng::stream;
 use lifelike_generation::data::CaptionedMotion;

@@ -1,5 +1,7 @@
 //! Tests of generation at its public interface: one program, so that it is linked once.
 
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
 mod align;
 mod bert;
 mod denoiser;

@@ -1,6 +1,4 @@
 //! Metrics against numpy and scipy (`fixtures/metrics/make.py`).
-#![allow(clippy::unwrap_used)]
-
 use lifelike_generation::metrics::{Embeddings, Gaussian, Interval, POOL, Retrieval, frechet_distance};
 
 #[derive(serde::Deserialize)]

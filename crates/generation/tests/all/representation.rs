@@ -1,7 +1,5 @@
 //! A clip → rows → a clip, on our own keyframed clips.
 
-#![allow(clippy::unwrap_used)]
-
 use lifelike_character::rotation::heading_angle;
 use lifelike_character::{Quat, Vec3};
 use lifelike_generation::GenerationError;

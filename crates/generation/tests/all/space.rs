@@ -1,7 +1,5 @@
 //! Rows → tokens → rows, on our own keyframed clips.
 
-#![allow(clippy::unwrap_used)]
-
 use lifelike_generation::representation::{FeatureMatrix, RepresentationSpec};
 use lifelike_generation::space::{MotionSpace, SpaceKind};
 use lifelike_robot::{Robot, clips};

@@ -1,7 +1,5 @@
 //! A small training learns, goes on bit for bit, and its file makes motion.
 
-#![allow(clippy::unwrap_used)]
-
 use std::path::PathBuf;
 
 use lifelike_generation::data::CaptionedMotion;

@@ -1,6 +1,4 @@
 //! Promises about the files of other stacks: what goes out comes in as it was, and what does not fit is refused.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use std::sync::Arc;
 
 use lifelike_character::{Character, Kinematics};

@@ -1,8 +1,5 @@
 //! The lint of layouts: it finds every mistake that is made between stacks, and nothing in a right layout.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use crate::shuffles;
-
 use lifelike_robot::ControllerFile;
 
 /// The G1's joints level after level, without the model: depths of its bodies below the pelvis.

@@ -1,7 +1,5 @@
 //! The grammar's promises hold on its own clips, and the checks can fail.
 
-#![allow(clippy::unwrap_used)]
-
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 

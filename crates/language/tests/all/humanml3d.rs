@@ -1,8 +1,6 @@
 //! HumanML3D over AMASS, from files in the published layouts to captioned clips of a robot: index and texts, `.npz` of two
 //! persons whose files have the same name, retargeting, pieces.
 
-#![allow(clippy::unwrap_used)]
-
 use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
 use std::path::Path;

@@ -1,7 +1,5 @@
 //! Words of tempo, size, extent, pace and side show on the motion, in numbers.
 
-#![allow(clippy::unwrap_used)]
-
 use std::path::Path;
 
 use lifelike_character::anatomy::Overrides;

@@ -1,7 +1,5 @@
 //! Real captures, read from the archives of the shared data (`LIFELIKE_DATA`, or `../shared/data` beside the workspace).
 //! They may not be redistributed, so these tests are ignored unless they are asked for (CONTRIBUTING.md).
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::{Path, PathBuf};

@@ -1,6 +1,4 @@
 //! Promises of direction (thesis 4.3.4), on Lima with the project's own keyframed clips.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use std::path::Path;
 
 use lifelike_character::rotation::heading_angle;

@@ -1,6 +1,4 @@
 //! Promises of conversions about themselves: what is not the captured motion is refused, what follows nothing is named.
-#![allow(clippy::unwrap_used)]
-
 use std::path::Path;
 
 use lifelike_character::{Anatomy, Character, Role};

@@ -1,6 +1,4 @@
 //! Promises of repairs, on Lima: motion that is wrong in one way that is known becomes motion that can be tracked.
-#![allow(clippy::unwrap_used)]
-
 use std::path::Path;
 
 use lifelike_character::{Anatomy, Character, Kinematics, Quat, Vec3};

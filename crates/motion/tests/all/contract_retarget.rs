@@ -1,6 +1,4 @@
 //! Promises of retargeting, on the project's own keyframed clips and, where the shared data is, on real captures.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use std::io::Read;
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,5 @@
 //! One walk in the layouts of many writers: names, frames of joints, axes, units. Places of joints over time are the same
 //! in all, so the retargeted motion must be.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt::Write as _;
 use std::path::Path;

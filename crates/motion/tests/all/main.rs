@@ -1,5 +1,7 @@
 //! Tests of motion at its public interface: one program, so that it is linked once.
 
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
 mod captured;
 mod contract_edit;
 mod contract_judgement;

@@ -1,7 +1,5 @@
 //! Promises of the checkpoint file: exact, reproducible, whole or refused.
 
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use lifelike_checkpoint::{Checkpoint, CheckpointError};
 use lifelike_nn::mlp::MlpConfig;
 use lifelike_nn::parameters::{ParameterList, Parameters};

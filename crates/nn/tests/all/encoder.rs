@@ -1,11 +1,7 @@
 //! The encoder against PyTorch's `TransformerEncoderLayer` (`fixtures/make_encoder.py`, float64 with padding and a
 //! mask).
 
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use crate::fixture;
-
-use fixture::Fixture;
+use crate::fixture::Fixture;
 use lifelike_nn::rows::Layout;
 use lifelike_nn::transformer::NetworkError;
 use lifelike_nn::transformer::encoder::{Encoder, EncoderSizes};

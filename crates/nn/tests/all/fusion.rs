@@ -1,10 +1,6 @@
 //! The blocks of the Temporal Fusion Transformer against PyTorch (`fixtures/make_fusion.py`), forward and backward.
 
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use crate::fixture;
-
-use fixture::Fixture;
+use crate::fixture::Fixture;
 use lifelike_nn::fusion::{
     GateAddNorm, GatedResidual, GatedResidualSizes, HistoryAttention, HistorySizes, Lstm, LstmState, SelectionSizes,
     VariableSelection,

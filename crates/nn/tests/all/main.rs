@@ -1,5 +1,7 @@
 //! Tests of nn at its public interface: one program, so that it is linked once.
 
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
 mod contract_checkpoint;
 mod encoder;
 mod fixture;

@@ -1,7 +1,5 @@
 //! Every block against PyTorch, forward and backward. `fixtures/make.py` writes what PyTorch computed (in float64).
 
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use lifelike_checkpoint::Checkpoint;
 use lifelike_dense::{AdamStep, Channel, PackedPerceptron, Sizes, Slices, pack, unpack};
 use lifelike_nn::adam::{Adam, AdamConfig, Descent, Rule};
@@ -12,9 +10,7 @@ use lifelike_nn::rows::Layout;
 use lifelike_nn::schedules::{Cyclical, WarmRestarts, cosine};
 use lifelike_simd::InstructionSet;
 
-use crate::fixture;
-
-use fixture::Fixture;
+use crate::fixture::Fixture;
 
 fn blocks() -> Fixture {
     Fixture::read(include_str!("../fixtures/blocks.json"))

@@ -1,7 +1,5 @@
 //! Properties of B-splines (thesis 3.2.1) on many knot vectors, and what is refused.
 
-#![allow(clippy::unwrap_used)]
-
 use lifelike_checkpoint::rng;
 use lifelike_nn::spline::{BSpline, CubicBezier, Joints, Spline, SplineError, uniform};
 use rand::Rng;

@@ -1,11 +1,7 @@
 //! Splines and transformer networks against PyTorch and scipy. `fixtures/make_transformer.py` writes what they computed (in
 //! float64).
 
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use crate::fixture;
-
-use fixture::Fixture;
+use crate::fixture::Fixture;
 use lifelike_nn::spline::{BSpline, CubicBezier, Joints, Spline, uniform};
 use lifelike_nn::transformer::{AutoencoderConfig, LatentTokens, Sampling, SplineAutoencoder, alibi};
 

@@ -1,7 +1,5 @@
 //! Parameter counts against thesis Table A.1 (in millions, two or three digits), and what a network refuses.
 
-#![allow(clippy::unwrap_used)]
-
 use lifelike_nn::spline::Spline;
 use lifelike_nn::transformer::{AutoencoderConfig, LatentTokens, NetworkError};
 

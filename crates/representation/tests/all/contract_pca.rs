@@ -1,16 +1,13 @@
 //! Promises of principal components, on synthetic motion.
 
-#![allow(clippy::unwrap_used)]
-
 use crate::swings;
-
+use crate::swings::{clips, layout};
 use lifelike_representation::MotionPrior;
 use lifelike_representation::WindowPlan;
 use lifelike_representation::prior::pca::{PcaPlan, PcaTrainer};
 use lifelike_representation::prior::{FeatureStatistics, PriorData, PriorTraining, Windows};
 use lifelike_train::TrainingTask;
 use nalgebra::DMatrix;
-use swings::{clips, layout};
 
 const LATENT: usize = 6;
 

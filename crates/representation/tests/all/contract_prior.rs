@@ -1,11 +1,8 @@
 //! Promises of the motion prior, on synthetic motion.
 
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use crate::swings;
-
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::swings::{clip, clips, layout};
 use lifelike_character::{Quat, Vec3};
 use lifelike_checkpoint::Checkpoint;
 use lifelike_motion::{FeatureLayout, Frame};
@@ -21,7 +18,6 @@ use lifelike_representation::prior::{PriorData, PriorTraining, split};
 use lifelike_representation::{MotionPrior, WindowPlan};
 use lifelike_train::collective::Alone;
 use lifelike_train::{TrainingRun, TrainingTask};
-use swings::{clip, clips, layout};
 
 fn small() -> VaePlan {
     VaePlan { channels: 16, blocks: 1, latent: 8, batch: 16, iterations: 60, restart_first: 60, ..VaePlan::default() }

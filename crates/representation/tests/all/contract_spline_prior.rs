@@ -1,11 +1,8 @@
 //! Promises of the Spline-based Transformer as a motion prior, on synthetic motion.
 
-#![allow(clippy::unwrap_used)]
-
-use crate::swings;
-
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::swings::{clip, clips, layout};
 use lifelike_checkpoint::Checkpoint;
 use lifelike_nn::adam::Rule;
 use lifelike_report::run::RunFolder;
@@ -18,7 +15,6 @@ use lifelike_representation::spline_transformer::{HeldOut, SequencePlan, Sequenc
 use lifelike_representation::{MotionPrior, PriorClip, PriorPlan, WindowPlan};
 use lifelike_train::TrainingRun;
 use lifelike_train::collective::Alone;
-use swings::{clip, clips, layout};
 
 /// Four control points of three numbers.
 const SIZE: usize = 12;

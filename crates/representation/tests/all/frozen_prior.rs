@@ -1,10 +1,7 @@
 //! The frozen encoder of a motion prior gives the trained one's codes.
-#![allow(clippy::unwrap_used)]
-
-use crate::swings;
-
 use std::path::Path;
 
+use crate::swings::{clips, layout};
 use lifelike_checkpoint::Checkpoint;
 use lifelike_motion::features::frames_of;
 use lifelike_motion::{MotionClip, Provenance};
@@ -16,7 +13,6 @@ use lifelike_robot::controller::PriorEncoder;
 use lifelike_robot::reference::standing_clip;
 use lifelike_robot::{LatentEncoder, Robot};
 use lifelike_train::TrainingTask;
-use swings::{clips, layout};
 
 #[test]
 fn codes_are_those_of_the_trained_prior() {

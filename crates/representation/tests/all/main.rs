@@ -1,5 +1,7 @@
 //! Tests of representation at its public interface: one program, so that it is linked once.
 
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
 mod contract_pca;
 mod contract_prior;
 mod contract_spline_prior;

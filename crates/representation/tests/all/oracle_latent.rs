@@ -1,7 +1,5 @@
 //! LDA against scikit-learn and mutual information against numpy and scipy: `fixtures/latent.py` writes what they say.
 
-#![allow(clippy::unwrap_used)]
-
 use lifelike_representation::latent::lda::{Discriminant, classes, lda};
 use lifelike_representation::latent::mutual_information::{information, pairs};
 use lifelike_representation::latent::{Codes, Encoded, comparison};

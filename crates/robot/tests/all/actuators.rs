@@ -1,8 +1,6 @@
 //! The drive of every joint is what MuJoCo compiles, and everything that it does not say is said to be invented.
 //!
 //! The models of `actuators/` are ours; `compiled.json` beside them is MuJoCo 4.0's, by `peers/robots/compiled.py`.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

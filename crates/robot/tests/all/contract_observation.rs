@@ -1,6 +1,4 @@
 //! Promises about what a policy sees.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use lifelike_character::{Kinematics, Quat, Vec3};
 use lifelike_motion::{FeatureLayout, Frame};
 use lifelike_robot::observation::Part;

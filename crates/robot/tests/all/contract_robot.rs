@@ -1,6 +1,4 @@
 //! Promises about robots and their description.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use lifelike_character::{Character, Kinematics};
 use lifelike_robot::controller::RobotDescription;
 use lifelike_robot::reference::standing_clip;

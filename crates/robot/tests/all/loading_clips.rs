@@ -1,6 +1,4 @@
 //! Clips of a robot by file and folder: what is of use is loaded, what is not is named with the reason.
-#![allow(clippy::unwrap_used)]
-
 use std::path::{Path, PathBuf};
 
 use lifelike_motion::{MotionClip, container};

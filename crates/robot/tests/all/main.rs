@@ -1,5 +1,7 @@
 //! Tests of robot at its public interface: one program, so that it is linked once.
 
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
 mod actuators;
 mod contract_observation;
 mod contract_robot;

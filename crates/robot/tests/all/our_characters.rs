@@ -1,6 +1,4 @@
 //! Facts about the robots that come with the program.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use std::path::{Path, PathBuf};
 
 use lifelike_character::anatomy::Overrides;

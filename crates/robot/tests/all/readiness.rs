@@ -1,6 +1,4 @@
 //! The verdict on a robot, before any time is spent on it.
-#![allow(clippy::unwrap_used)]
-
 use std::path::Path;
 
 use lifelike_character::{Character, Quat};

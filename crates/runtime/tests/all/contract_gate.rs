@@ -1,8 +1,5 @@
 //! Promise: whatever is measured, asked for and when, nothing outside of the limits leaves.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use crate::common;
-
 use lifelike_checkpoint::rng::stream;
 use lifelike_runtime::gate::{Gate, Intent, LimitSettings};
 use lifelike_runtime::{Limits, Measurement, Mode};

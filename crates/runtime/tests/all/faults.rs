@@ -1,11 +1,8 @@
 //! Faults by the thousand: the gate brakes in time, and says why.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use crate::common;
-
 use std::collections::BTreeMap;
 
-use common::{Fault, Plant};
+use crate::common::{Fault, Plant};
 use lifelike_checkpoint::rng::stream;
 use lifelike_runtime::gate::Cause;
 use lifelike_runtime::{Mode, Request, Summary, VirtualClock, drive};

@@ -1,9 +1,6 @@
 //! A drill: a mismatch of each kind, and the sentence that refuses it.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use crate::common;
-
-use common::{Fault, Plant};
+use crate::common::{Fault, Plant};
 use lifelike_robot::{Controller, ControllerFile};
 use lifelike_runtime::wiggle::{defects, identify};
 use lifelike_runtime::{Config, Facts, Limits, VirtualClock, handshake};

@@ -1,6 +1,4 @@
 //! Promises of an augmented simulation, with corrections made by hand.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use std::sync::Arc;
 
 use lifelike_robot::Robot;

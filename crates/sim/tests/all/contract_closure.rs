@@ -1,15 +1,12 @@
 //! Closed loops and robots that are fixed to the world, without an oracle.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use crate::world;
-
 use std::sync::Arc;
 
+use crate::world::all;
 use lifelike_character::{Character, Kinematics};
 use lifelike_robot::Robot;
 use lifelike_sim::{BatchState, Drive, EnvironmentParameters, IntegrationState, LifelikeSimulation, Simulation};
 use lifelike_simd::InstructionSet;
-use world::all;
 use world::closed::{four_bar, gap, standing_on_a_weld_and_a_foot, standing_on_its_foot, standing_on_welds, waves};
 
 fn mechanisms() -> Vec<(&'static str, Arc<Robot>)> {

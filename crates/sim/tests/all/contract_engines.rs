@@ -1,17 +1,13 @@
 //! Promises of every engine.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use crate::world;
-
 use std::sync::Arc;
 
+use crate::world::{targets, vary};
 use lifelike_robot::Robot;
 use lifelike_sim::{
     BatchState, ConstraintWrenches, Drive, EngineKind, EnvironmentParameters, Simulation, SimulationSpec,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use world::{targets, vary};
 
 /// The engines of this build.
 fn engines() -> impl Iterator<Item = EngineKind> {

@@ -1,7 +1,5 @@
 //! The robots of thesis chapter 2: what the thesis says of them (2.5), and that they stand in the engine.
 
-#![allow(clippy::unwrap_used)]
-
 use std::path::Path;
 use std::sync::Arc;
 

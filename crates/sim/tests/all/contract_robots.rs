@@ -1,16 +1,12 @@
 //! Other people's robots run too, as far as they have a floating base.
 #![cfg(feature = "mujoco")]
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use crate::world;
-
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::world::{fetched, shared};
 use lifelike_robot::Robot;
 use lifelike_sim::engine::LifelikeSimulation;
 use lifelike_sim::{Drive, MujocoSimulation, SimError, Simulation};
-use world::{fetched, shared};
 
 /// Models below a folder.
 fn models(folder: &Path) -> Vec<PathBuf> {

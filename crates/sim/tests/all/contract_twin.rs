@@ -1,7 +1,5 @@
 //! What a twin promises: it is another robot than the nominal one, the same each time, and goes on from a saved state.
 
-#![allow(clippy::unwrap_used)]
-
 use std::path::Path;
 use std::sync::Arc;
 

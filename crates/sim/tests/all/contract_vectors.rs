@@ -1,17 +1,13 @@
 //! Instruction sets, the width of vectors and neighbours in them are a matter of speed: no bit depends on them.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use crate::world;
-
 use std::sync::Arc;
 
+use crate::world::{targets, vary};
 use lifelike_character::Character;
 use lifelike_robot::Robot;
 use lifelike_sim::{BatchState, Drive, IntegrationState, LifelikeSimulation, Simulation, Terrain};
 use lifelike_simd::InstructionSet;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use world::{targets, vary};
 
 /// Lima, whose parts touch each other.
 fn lima() -> Arc<Robot> {

@@ -1,5 +1,7 @@
 //! Tests of sim at its public interface: one program, so that it is linked once.
 
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
 mod contract_augmented;
 mod contract_closure;
 mod contract_engines;

@@ -1,7 +1,5 @@
 //! The test bench of a servo against its authors' equations (`fixtures/make_bench.py`).
 
-#![allow(clippy::unwrap_used)]
-
 use std::collections::BTreeMap;
 
 use lifelike_robot::actuator::{DcMotor, ExtendedFriction};

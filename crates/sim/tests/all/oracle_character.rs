@@ -1,15 +1,11 @@
 //! The compiled character is what MuJoCo's own compiler makes of the same text: tree, masses, inertia, joints, shapes,
 //! poses and Jacobians.
 #![cfg(feature = "mujoco")]
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use crate::world;
-
+use crate::world::{fetched, root, shared, without_pictures};
 use lifelike_character::{Character, Geom, GeomShape, JointKind, Kinematics, Quat, Vec3, rotation};
 use mujoco_rs::prelude::{MjData, MjModel};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use world::{fetched, root, shared, without_pictures};
 
 /// Both compute in f64; masses reach 75 kg and lengths 2 m.
 const TOLERANCE: f64 = 1e-9;

@@ -1,11 +1,11 @@
 //! Closed loops: welds and ball joints of our engine against MuJoCo's.
 #![cfg(feature = "mujoco")]
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use crate::world;
-
 use std::sync::Arc;
 
+use crate::world::closed::{
+    four_bar, gap, standing_on_a_weld_and_a_foot, standing_on_its_foot, standing_on_welds, waves,
+};
 use lifelike_character::rotation::to_wxyz;
 use lifelike_character::{Character, EqualityKind, Kinematics, Vec3};
 use lifelike_robot::Robot;
@@ -14,7 +14,6 @@ use mujoco_rs::mujoco_c::mjtDisableBit;
 use mujoco_rs::prelude::{MjData, MjModel};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use world::closed::{four_bar, gap, standing_on_a_weld_and_a_foot, standing_on_its_foot, standing_on_welds, waves};
 use world::{all, rms};
 
 /// Dry friction, and limits that are reached: what shares the sweeps with the loops.

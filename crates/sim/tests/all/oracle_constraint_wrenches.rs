@@ -1,18 +1,14 @@
 //! Constraint wrenches: both engines against MuJoCo called by hand.
 #![cfg(feature = "mujoco")]
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use crate::world;
-
 use std::sync::Arc;
 
+use crate::world::{all, exactly_solved, near_standing, self_touching};
 use lifelike_character::Vec3;
 use lifelike_sim::{ConstraintWrenches, Drive, LifelikeSimulation, MujocoSimulation, Simulation};
 use mujoco_rs::mujoco_c::mjtDisableBit;
 use mujoco_rs::prelude::{MjData, MjModel};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use world::{all, exactly_solved, near_standing, self_touching};
 
 /// Torque and force about another point.
 fn moved(torque: Vec3, force: Vec3, from: Vec3, to: Vec3) -> [f64; 6] {

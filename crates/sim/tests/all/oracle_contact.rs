@@ -1,18 +1,14 @@
 //! Contacts: our engine against MuJoCo.
 #![cfg(feature = "mujoco")]
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use crate::world;
-
 use std::sync::Arc;
 
+use crate::world::{
+    all, from_text, near_standing, random_state, random_targets, rms, robots, self_touching, sliding_box, toy,
+};
 use lifelike_robot::Robot;
 use lifelike_sim::{BatchState, Drive, LifelikeSimulation, MujocoSimulation, Simulation, Terrain};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use world::{
-    all, from_text, near_standing, random_state, random_targets, rms, robots, self_touching, sliding_box, toy,
-};
 
 /// How far the vertical force on the feet is off MuJoCo's two physics steps after a random state near the ground, as a
 /// share of it: of each state that touches, sorted.

@@ -1,7 +1,5 @@
 //! Joints that follow others, in our engine and in kinematics, against MuJoCo (`fixtures/make_couplings.py`).
 
-#![allow(clippy::unwrap_used)]
-
 use std::sync::Arc;
 
 use lifelike_character::{Character, Kinematics};

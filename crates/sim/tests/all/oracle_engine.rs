@@ -1,11 +1,8 @@
 //! Our engine against MuJoCo.
 #![cfg(feature = "mujoco")]
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-use crate::world;
-
 use std::sync::Arc;
 
+use crate::world::{all, exactly_solved, near_standing, random_state, random_targets, rms, robots};
 use lifelike_character::Character;
 use lifelike_robot::Robot;
 use lifelike_sim::{Drive, EnvironmentParameters, LifelikeSimulation, MujocoSimulation, Simulation};
@@ -13,7 +10,6 @@ use mujoco_rs::mujoco_c::{mjtDisableBit, mjtEnableBit};
 use mujoco_rs::prelude::{MjData, MjModel};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use world::{all, exactly_solved, near_standing, random_state, random_targets, rms, robots};
 
 fn mujoco(robot: &Robot) -> MjData<Box<MjModel>> {
     let mut model = MjModel::from_xml_string(robot.character.mjcf.as_deref().unwrap()).unwrap();

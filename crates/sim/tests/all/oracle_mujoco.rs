@@ -1,7 +1,5 @@
 //! The batch against MuJoCo itself, stepped by hand, and against arithmetic.
 #![cfg(feature = "mujoco")]
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
 use std::sync::Arc;
 
 use lifelike_character::Character;
