@@ -86,6 +86,7 @@ fn state(measured: &Measurement) -> MeasuredState<'_> {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::gate::{Cause, Intent, Limits, Mode};
 
