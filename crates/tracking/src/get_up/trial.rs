@@ -25,8 +25,8 @@ const LONGEST: [f64; 2] = [2.4, 4.2];
 /// Time for which a robot must be where `roll` and `rise` lead (s). One that rolls must not roll on; after `rise` a controller takes
 /// over.
 const HOLD: [f64; 2] = [0.5, 0.06];
-/// Up axis and height of a robot on its feet, a little above those at which a controller takes over, and forward axis of one that
-/// lies flat on its belly.
+/// Up axis and height of a robot on its feet, and forward axis of one that lies flat on its belly. Both of the first are a little
+/// above those at which a controller takes over.
 const UPRIGHT: f64 = 0.92;
 const HEIGHT: f64 = 0.78;
 const FLAT: f64 = -0.85;
