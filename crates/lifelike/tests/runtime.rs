@@ -11,6 +11,9 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use in_checkout::{err, json, lifelike, out};
+use lifelike_motion::{container, resample::resample};
+use lifelike_robot::{Robot as Model, clips};
+use lifelike_runtime::record::Record;
 
 /// Short phases, for a test that waits for them in real time, and patience with a machine that does much else.
 const SETTINGS: &str = "[durations]\nstand = 0.4\nblend_in = 0.1\nblend_out = 0.1\ndamp = 0.2\n\
@@ -186,4 +189,80 @@ fn wrong_buses_and_settings_are_refused() {
         "the defaults are settings: {}",
         err(&unreachable)
     );
+}
+
+/// Copies an example, or makes a scene of a text, in a folder.
+fn scene(folder: &Path, name: &str, text: Option<&str>) -> String {
+    let path = folder.join(format!("{name}.scene.toml"));
+    let text = text.or_else(|| lifelike_studio::examples::find(name).map(|(_, text)| text));
+    std::fs::write(&path, text.unwrap()).unwrap();
+    path.display().to_string()
+}
+
+#[test]
+fn scenes_run_on_the_robot_and_replay() {
+    let walk = "[[motion]]\nid = \"m1\"\nclip = \"builtin:walk\"\n\n[[push]]\nid = \"p1\"\nat = 1.0\nseconds = 0.2\n\
+        body = \"pelvis\"\nnewtons = [0.0, 900.0, 0.0]\n";
+    for (name, text, left_out) in [
+        ("hello", None, vec![]),
+        ("ice", None, vec!["left out, a machine cannot do it: friction (s1, s2)"]),
+        ("walk", Some(walk), vec!["left out, a machine cannot do it: pushes (p1)"]),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = scene(folder.path(), name, text);
+        let played = json(&["play", &scene]);
+        let robot = Robot::start(&["lima", "--gantry", "0.5"]);
+        let file = folder.path().join("run.mcap").display().to_string();
+        let ran = robot.run(folder.path(), &["--json", "--scene", &scene, "--record", &file, "--get-up", "lima"]);
+        assert!(ran.status.success(), "{name}: {}", err(&ran));
+        for line in &left_out {
+            assert!(err(&ran).contains(line), "{name}: {}", err(&ran));
+        }
+        let ran: serde_json::Value = serde_json::from_str(&out(&ran)).unwrap();
+        assert_eq!(ran["left_out"], serde_json::json!(left_out), "{name}");
+        let summary = &ran["summary"];
+        assert!(summary["trip"].is_null() && summary["falls"] == 0, "{name}: {summary}");
+        let blocks = played["blocks"].as_array().unwrap();
+        let seconds = blocks.last().unwrap()["to"].as_f64().unwrap();
+        assert!(summary["steps"].as_f64().unwrap() > 50.0 * seconds, "{name}: {seconds} s, {summary}");
+
+        // A replay finds the same playlist, and the same commands.
+        let replayed = json(&["replay", &file]);
+        assert_eq!(replayed["difference"], serde_json::Value::Null, "{name}");
+        let record = Record::read(Path::new(&file)).unwrap();
+        let attached = record.attached(container::EXTENSION).next().unwrap();
+        let clip = container::from_bytes(&attached.bytes, Path::new(name)).unwrap();
+        assert_eq!(clip.name, name);
+        assert!(clip.seconds() >= seconds, "{name}: {} of {seconds} s", clip.seconds());
+        if text.is_some() {
+            let model = Model::load("lima").unwrap();
+            let walk = clips::load_one(Path::new("builtin:walk"), &model).unwrap();
+            let walk = resample(&walk, model.control_hz).unwrap();
+            let first = 50 * walk.joint_names.len();
+            assert_eq!(clip.joints[..first], walk.joints[..first], "a block is its clip");
+        }
+    }
+}
+
+#[test]
+fn scenes_that_no_robot_can_follow_are_refused_with_their_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let block = |what: &str| format!("robot = \"lima\"\n[[motion]]\nid = \"m1\"\n{what}\n");
+    for (text, line, sentence) in [
+        ("# another\nrobot = \"humanoid\"\n".to_string(), 2, "robot: expected that of the controller, 'lima'"),
+        ("robot = \"nobody\"\n".to_string(), 1, "robot: expected that of the controller, 'lima'"),
+        (block("sentence = \"a person flies to the moon\""), 3, "block 'm1': cannot do"),
+        (block("clip = \"builtin:kick\"\nspeed = 5"), 3, "block 'm1': not feasible: "),
+        (block("clip = \"../secret.bvh\""), 3, "block 'm1'"),
+        (block("clips = \"builtin:kick\""), 4, "unknown field `clips`"),
+    ] {
+        let file = scene(folder.path(), "bad", Some(&text));
+        let refused = lifelike(&["run", "lima-blind", "--bus", "sim:127.0.0.1:9", "--scene", &file]);
+        assert_eq!(refused.status.code(), Some(3), "{text}: {}", err(&refused));
+        let said = err(&refused);
+        assert!(said.contains(&format!("{file}:{line}: {sentence}")), "{text}: {said}");
+    }
+    let file = scene(folder.path(), "hello", None);
+    let both = ["run", "lima-blind", "--bus", "sim:127.0.0.1:9", "--scene", &file, "--motions", "builtin:walk"];
+    assert_eq!(lifelike(&both).status.code(), Some(2));
 }

@@ -15,6 +15,7 @@ use std::path::Path;
 use std::process::Command;
 
 use browser::{Browser, within};
+use lifelike_studio::Scene;
 use page::{Page, Served};
 use serde_json::json;
 
@@ -74,6 +75,20 @@ fn a_scene_is_directed_from_nothing() {
     }
     let length = page.value("fetch('export/clip').then((a) => a.arrayBuffer()).then((b) => b.byteLength)");
     assert!(length.as_u64().unwrap() > 50_000, "{length}");
+
+    // Run on the robot: the scene is saved, and the command works as it is shown.
+    page.act("robot");
+    page.until("the command", "document.querySelector('[data-is=robot]').open");
+    let command = page.value("document.querySelector('[data-is=command]').textContent");
+    let scene = folder.path().join("a.scene.toml");
+    let policy = "lifelike run lima-path --bus sim:127.0.0.1:9870 --scene";
+    assert_eq!(command, json!(format!("{policy} {}", scene.display())));
+    assert!(Scene::load(&scene).unwrap().motion.len() >= 3);
+    let words = command.as_str().unwrap().split(' ').skip(1).map(|word| word.replace(":9870", ":9"));
+    let ran = Command::new(env!("CARGO_BIN_EXE_lifelike")).args(words).output().unwrap();
+    let said = String::from_utf8_lossy(&ran.stderr).into_owned();
+    assert!(said.contains("expected the robot's facts") && said.contains("friction (s1)"), "{said}");
+    page.run("document.querySelector('[data-is=robot]').close()");
 
     // Reload: nothing is lost, and the file is what is on the page.
     let before = page.value("JSON.stringify(studio.view.scene)");

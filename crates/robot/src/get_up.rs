@@ -61,7 +61,11 @@ impl GetUpScript {
 
     /// Returns the script of a robot that comes with the program; none where it has none.
     pub fn builtin(robot: &str) -> Option<&'static str> {
-        (robot == "lima").then_some(include_str!("../robots/lima.get-up.toml"))
+        match robot {
+            "lima" => Some(include_str!("../robots/lima.get-up.toml")),
+            "g1" => Some(include_str!("../robots/g1.get-up.toml")),
+            _ => None,
+        }
     }
 
     /// Returns the keys of a stage.

@@ -87,6 +87,7 @@ fn state(measured: &Measurement) -> MeasuredState<'_> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::gate::{Cause, Intent, Limits, Mode};
 

@@ -16,6 +16,7 @@ export const KEYS = [
   ["G", "make the block feasible", "g", "feasible"], ["V", "record a video", "v", "video"],
   ["F", "follow the robot", "f", "follow"], ["⇧ ↑ ↓", "look from higher or lower", null],
   ["W", "find clips like this moment", "w", "similar"], ["N", "light or dark", "n", "theme"], ["X", "export the page", "x", "page"],
+  ["O", "run on the robot: show the command", "o", "robot"], ["C", "copy that command", "c", "copy"],
   ["Ctrl Z", "undo", null], ["Ctrl ⇧ Z", "redo", null],
 ];
 
@@ -32,7 +33,9 @@ export function keys(dialog, act) {
       if (e.key === "Escape") e.target.blur();
       return;
     }
-    if (dialog.open) return;
+    // Behind an open dialog nothing changes; that of the command may be copied.
+    const open = document.querySelector("dialog[open]");
+    if (open && !(open.dataset.is === "robot" && e.key === "c")) return;
     let name = OTHERS[e.key] ?? KEYS.find(([, , key]) => key === e.key)?.[3];
     if (e.ctrlKey || e.metaKey) name = { z: "undo", Z: "redo", y: "redo" }[e.key];
     else if (e.shiftKey) {

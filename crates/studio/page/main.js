@@ -100,6 +100,22 @@ function save(what) {
   }
 }
 
+// Saves the scene, and shows the command that runs it: the studio itself drives no robot.
+async function onRobot() {
+  const answer = await fetch("run", { method: "POST" });
+  const text = await answer.text();
+  if (!answer.ok) return tell(text, true);
+  find("command").textContent = text;
+  find("simulate").textContent = `lifelike simulate-robot ${view.scene.robot} --once`;
+  if (!find("robot").open) find("robot").showModal();
+}
+
+function copyCommand() {
+  const text = find("command").textContent;
+  if (!text) return;
+  navigator.clipboard.writeText(text).then(() => tell("Copied."), () => getSelection().selectAllChildren(find("command")));
+}
+
 function download(address, name = "") {
   const link = Object.assign(document.createElement("a"), { href: address, download: name });
   link.click();
@@ -185,6 +201,7 @@ const ACTIONS = {
   higher: () => tilt(0.1), lower: () => tilt(-0.1),
   theme: () => theme(document.documentElement.dataset.theme !== "dark"),
   page: () => save("page"),
+  robot: onRobot, copy: copyCommand,
   undo: () => link.send("undo"), redo: () => link.send("redo"),
   help: () => find("keys").showModal(),
 };
@@ -307,7 +324,7 @@ addEventListener("drop", async (e) => {
 });
 
 theme(query.has("theme") ? query.get("theme") === "dark" : matchMedia("(prefers-color-scheme: dark)").matches);
-if (!robot.mayEdit) for (const part of document.querySelectorAll(".say input, .say button, .say select")) part.disabled = true;
+if (!robot.mayEdit) for (const part of document.querySelectorAll(".say input, .say button, .say select, [data-do=robot]")) part.disabled = true;
 if (!query.has("no-tour") && robot.mayEdit) tour(find("tour"));
 // For tests and for the curious.
 window.studio = { scene, link, act, actions: ACTIONS, get view() { return view; }, get head() { return head; } };

@@ -47,7 +47,7 @@ pub use live::{Down, Live, Said, Status};
 pub use operation::Operation;
 pub use performer::Fall;
 pub use scene::{Block, Camera, EXTENSION, Push, Scene, Switch};
-pub use server::Studio;
+pub use server::{RunCommand, Studio};
 pub use similar::Alike;
 pub use stage::{Policies, Stage, Take, name_of};
 pub use workshop::{Built, Span};

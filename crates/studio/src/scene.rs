@@ -221,11 +221,26 @@ impl Scene {
             let line = error.span().map_or(1, |span| line_at(text, span.start));
             StudioError::Scene { place: format!("{file}:{line}"), message: error.message().to_string() }
         })?;
-        scene.check().map_err(|(id, message)| {
-            let line = text.find(&format!("\"{id}\"")).map_or(1, |at| line_at(text, at));
-            StudioError::Scene { place: format!("{file}:{line}"), message }
-        })?;
+        scene
+            .check()
+            .map_err(|(id, message)| StudioError::Scene { place: format!("{file}:{}", line_of(text, &id)), message })?;
         Ok(scene)
+    }
+
+    /// Returns an error at the item of this id in a scene's file, or at its robot where there is no id.
+    pub fn refused(path: &Path, id: Option<&str>, message: String) -> StudioError {
+        // A file that is gone by now has no lines.
+        let text = std::fs::read_to_string(path).unwrap_or_default();
+        let line = id.map_or_else(|| line_with(&text, "robot", |_| true), |id| line_of(&text, id));
+        StudioError::Scene { place: format!("{}:{line}", path.display()), message }
+    }
+
+    /// Adds the file and line of the block to an error of a block.
+    pub fn located(path: &Path, error: StudioError) -> StudioError {
+        match &error {
+            StudioError::Block { id, .. } => Self::refused(path, Some(id), error.to_string()),
+            _ => error,
+        }
     }
 
     /// Returns the document.
@@ -333,6 +348,20 @@ impl Switch {
         }
         Ok(())
     }
+}
+
+/// Returns the line of the item of this id in the text of a scene, from 1; the first where there is none.
+fn line_of(text: &str, id: &str) -> usize {
+    line_with(text, "id", |value| value.trim_matches(['"', '\'']) == id)
+}
+
+/// Returns the first line `key = value` whose value is accepted, from 1; the first line where there is none.
+fn line_with(text: &str, key: &str, accepts: impl Fn(&str) -> bool) -> usize {
+    let value = |line: &str| {
+        let rest = line.trim_start().strip_prefix(key)?.trim_start().strip_prefix('=')?;
+        Some(rest.split('#').next().unwrap_or_default().trim().to_owned())
+    };
+    text.lines().position(|line| value(line).is_some_and(|value| accepts(&value))).map_or(1, |line| line + 1)
 }
 
 /// Returns the line of a place in a text, from 1.

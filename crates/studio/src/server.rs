@@ -11,7 +11,7 @@ use axum::extract::{DefaultBodyLimit, Path, State};
 use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
-use axum::routing::{get, put};
+use axum::routing::{get, post, put};
 use lifelike_character::Role;
 use tokio::net::TcpListener;
 use tokio::sync::oneshot;
@@ -27,6 +27,9 @@ use crate::{StudioError, assets, files, socket};
 /// Largest file that may be dropped (bytes).
 const MAX_DROP: usize = 64 << 20;
 
+/// Returns the command line that runs a scene on a robot.
+pub type RunCommand = dyn Fn(&Scene) -> String + Send + Sync;
+
 /// Parts that every request needs.
 #[derive(Clone)]
 struct Shared {
@@ -35,6 +38,7 @@ struct Shared {
     screen: Screen,
     stage: Arc<Stage>,
     scene: PathBuf,
+    command: Arc<RunCommand>,
 }
 
 /// A studio that is ready to be opened.
@@ -45,10 +49,17 @@ pub struct Studio {
 
 impl Studio {
     /// Starts the engine and takes a port of this machine, any free one for 0. With `read_only` nobody may change the scene.
+    /// The page shows the command line of `command`.
     ///
     /// # Errors
     /// The port is taken, or the robot cannot be simulated.
-    pub fn new(stage: Stage, document: Document, port: u16, read_only: bool) -> Result<Self, StudioError> {
+    pub fn new(
+        stage: Stage,
+        document: Document,
+        port: u16,
+        read_only: bool,
+        command: Arc<RunCommand>,
+    ) -> Result<Self, StudioError> {
         let failed = |error: std::io::Error| StudioError::Server(error.to_string());
         let listener = std::net::TcpListener::bind(("127.0.0.1", port)).map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
@@ -56,7 +67,7 @@ impl Studio {
         let (scene, folder) = (document.path().to_path_buf(), Arc::new(stage.clone()));
         let (engine, screen) = Engine::start(stage, document)?;
         let access = Arc::new(Access::new(port, read_only)?);
-        Ok(Self { listener, shared: Shared { access, engine, screen, stage: folder, scene } })
+        Ok(Self { listener, shared: Shared { access, engine, screen, stage: folder, scene, command } })
     }
 
     /// Returns the address that may change the scene, and the one that may only watch.
@@ -80,6 +91,7 @@ impl Studio {
                 .route("/{word}/robot.json", get(robot))
                 .route("/{word}/export/{what}", get(export))
                 .route("/{word}/drop/{name}", put(dropped))
+                .route("/{word}/run", post(run))
                 .route("/{word}/{file}", get(file))
                 .layer(DefaultBodyLimit::max(MAX_DROP))
                 .with_state(self.shared);
@@ -211,6 +223,23 @@ async fn export(
             (headers, export.bytes).into_response()
         }
         Ok(Err(error)) => (StatusCode::BAD_REQUEST, error.to_string()).into_response(),
+        Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, error.to_string()).into_response(),
+    }
+}
+
+/// Saves the scene, and answers the command line that runs it on a robot.
+async fn run(State(shared): State<Shared>, Path(word): Path<String>, headers: HeaderMap) -> Response {
+    if shared.access.of(&word, &headers, true) != Some(Permission::Edit) {
+        return refused();
+    }
+    let Some(scene) = scene(&shared.engine).await else {
+        return (StatusCode::INTERNAL_SERVER_ERROR, "the engine ended").into_response();
+    };
+    let (path, command) = (shared.scene, (shared.command)(&scene));
+    let saved = tokio::task::spawn_blocking(move || Document::of(scene, &path)?.save_changes()).await;
+    match saved {
+        Ok(Ok(())) => reply("text/plain; charset=utf-8", command),
+        Ok(Err(error)) => (StatusCode::INTERNAL_SERVER_ERROR, error.to_string()).into_response(),
         Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, error.to_string()).into_response(),
     }
 }

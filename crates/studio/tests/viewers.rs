@@ -27,7 +27,7 @@ fn start(folder: &Path, robot: &str) -> [String; 2] {
     let (policies, controller) = (Policies::default(), Arc::new(controller));
     let stage = Stage { controller, generator, spline: None, prior: None, folder: folder.into(), policies };
     let document = Document::open(&folder.join("a.scene.toml"), Scene::default).unwrap();
-    let studio = Studio::new(stage, document, 0, false).unwrap();
+    let studio = Studio::new(stage, document, 0, false, Arc::new(|_| String::new())).unwrap();
     let addresses = studio.addresses();
     std::thread::spawn(move || studio.serve().unwrap());
     addresses

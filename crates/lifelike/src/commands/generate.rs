@@ -8,7 +8,7 @@ mod play;
 mod prompts;
 mod softened;
 mod spoken;
-mod verdict;
+pub(super) mod verdict;
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -36,7 +36,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let stage = stage::open(&scene, &file)?;
     let name = name_of(&file);
     let began = Instant::now();
-    let take = stage.perform(&scene)?;
+    let take = stage.perform(&scene).map_err(|error| Scene::located(&file, error))?;
     let took = began.elapsed().as_secs_f64();
     let evaluation = take.evaluation(&name);
     let mut files = Vec::new();

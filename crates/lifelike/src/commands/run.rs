@@ -16,6 +16,7 @@ use lifelike_runtime::{
 };
 use serde_json::json;
 
+use self::scene::SceneMotion;
 use crate::commands::bus::{self, Connection};
 use crate::commands::controller_file::Loaded;
 use crate::commands::export::Source;
@@ -24,10 +25,13 @@ use crate::error::CliError;
 use crate::next::{self, NextCommand};
 use crate::output::{Output, table};
 
+mod scene;
+
 /// Run a controller on a robot: refuse mismatches, limit every command, record everything.
 ///
 /// The machine is asked what it is, and refused with a line for each difference from the controller's robot. It stands
-/// up, the policy follows the motions, and motors brake at the end. A gate limits position, speed, acceleration and
+/// up, the policy follows the motions, and motors brake at the end. A scene is followed as `lifelike play` composes it;
+/// its pushes and switches are left out, and motion that no robot can follow is refused. A gate limits position, speed, acceleration and
 /// torque of every command. It brakes when the robot tilts, packets are late or lost, a motor is hot or the stop
 /// button is pressed. Ctrl-C blends out; Enter brakes at once.
 #[derive(Debug, clap::Args)]
@@ -35,6 +39,7 @@ use crate::output::{Output, table};
 Examples:
   lifelike run lima-blind --bus sim:127.0.0.1:9870     # after: lifelike simulate-robot lima
   lifelike run runs/walk --bus sim:127.0.0.1:9870 --motions walk.motion.safetensors
+  lifelike run lima-blind --bus sim:127.0.0.1:9870 --scene dance.scene.toml    # or examples/hello
   lifelike run lima-blind --bus sim:127.0.0.1:9870 --record walk.mcap
   lifelike run lima-blind --bus sim:127.0.0.1:9870 --get-up lima
   lifelike run lima-blind --bus sim:127.0.0.1:9870 --wiggle     # on a stand: tries every motor
@@ -60,6 +65,9 @@ pub struct Args {
     /// Layout of the motion.
     #[command(flatten)]
     pub layout: clips::LayoutArgument,
+    /// Scene of `lifelike studio` whose motion to follow (*.scene.toml), or examples/NAME.
+    #[arg(long, value_name = "SCENE", conflicts_with_all = ["motions", "layout"])]
+    pub scene: Option<PathBuf>,
     /// Time of standing before and after the clips (s).
     #[arg(long, default_value_t = 1.0)]
     pub standing: f64,
@@ -115,16 +123,23 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         let defaults = toml::to_string(&Config::default()).map_err(|error| CliError::Failed(error.to_string()))?;
         return output.result(&Config::default(), || defaults);
     };
-    if !(0.0..=3600.0).contains(&args.standing) || (args.standing == 0.0 && args.motions.is_empty()) {
+    if !(0.0..=3600.0).contains(&args.standing)
+        || (args.standing == 0.0 && args.motions.is_empty() && args.scene.is_none())
+    {
         return Err(CliError::Usage(format!(
-            "--standing: expected 0 to 3600 s, and above 0 without --motions, got {}",
+            "--standing: expected 0 to 3600 s, and above 0 without --motions or --scene, got {}",
             args.standing
         )));
     }
     let loaded = Loaded::load(controller, args.robot.as_deref(), None)?;
-    let clips = match args.motions.is_empty() {
-        true => Vec::new(),
-        false => clips::load_as(&args.motions, args.layout, loaded.controller.robot())?,
+    let scene =
+        args.scene.as_deref().map(|scene| SceneMotion::of(scene, &loaded.controller, controller)).transpose()?;
+    let left_out = scene.as_ref().map_or_else(Vec::new, |scene| scene.left_out.clone());
+    left_out.iter().for_each(|line| tracing::warn!("{line}"));
+    let clips = match scene {
+        Some(scene) => vec![scene.clip],
+        None if args.motions.is_empty() => Vec::new(),
+        None => clips::load_as(&args.motions, args.layout, loaded.controller.robot())?,
     };
     let config = match &args.settings {
         Some(path) => settings(path)?,
@@ -166,11 +181,17 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     if let Some(recorder) = recorder {
         recorder.finish()?;
     }
-    report(args, &supervisor, &summary, output)
+    report(args, &left_out, &supervisor, &summary, output)
 }
 
 /// Prints the account; a run that the gate ended is a failure.
-fn report(args: &Args, supervisor: &Supervisor, summary: &Summary, output: &Output) -> Result<(), CliError> {
+fn report(
+    args: &Args,
+    left_out: &[String],
+    supervisor: &Supervisor,
+    summary: &Summary,
+    output: &Output,
+) -> Result<(), CliError> {
     let joints = &supervisor.controller().robot().layout.joints;
     let reason = summary.trip.map(|trip| trip.words(joints));
     let next: Vec<NextCommand> = args
@@ -183,7 +204,8 @@ fn report(args: &Args, supervisor: &Supervisor, summary: &Summary, output: &Outp
             ]
         })
         .collect();
-    let value = json!({ "summary": summary, "trip": reason, "record": args.record, "next": next::texts(&next) });
+    let value = json!({ "summary": summary, "trip": reason, "record": args.record, "left_out": left_out,
+        "next": next::texts(&next) });
     output.result(&value, || format!("{}{}", text(summary), next::lines(&next)))?;
     match (reason, supervisor.failed()) {
         (_, Some(error)) => Err(CliError::Input(error.to_string())),

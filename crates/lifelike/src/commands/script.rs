@@ -13,7 +13,9 @@ pub fn read(given: &Path) -> Result<GetUpScript, CliError> {
     }
     let name = given.display();
     let text = std::fs::read_to_string(given).map_err(|error| {
-        CliError::Input(format!("{name}: expected the file of a get-up script, or the name 'lima', got: {error}"))
+        CliError::Input(format!(
+            "{name}: expected the file of a get-up script, or the name 'lima' or 'g1', got: {error}"
+        ))
     })?;
     Ok(GetUpScript::parse(&text)?)
 }

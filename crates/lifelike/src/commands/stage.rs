@@ -22,15 +22,24 @@ use crate::shipped::{self, Kind};
 pub fn open(scene: &Scene, file: &Path) -> Result<Stage, CliError> {
     let robot = Arc::new(Robot::load(&scene.robot)?);
     let controller = performing(scene.policy.as_deref(), &robot, &scene.robot)?;
-    let generator = shipped::of_robot(&robot, Kind::Generator).map(shipped::Shipped::file).transpose()?;
+    let policies = policies(scene, &robot, &folder(file));
+    Ok(Stage { policies, ..with(controller, file)? })
+}
+
+/// Loads what the motion of a scene is made with, and lets this controller perform it.
+///
+/// # Errors
+/// A network that cannot be read.
+pub fn with(controller: Arc<Controller>, file: &Path) -> Result<Stage, CliError> {
+    let robot = controller.robot();
+    let generator = shipped::of_robot(robot, Kind::Generator).map(shipped::Shipped::file).transpose()?;
     let generator = generator.map(|file| Generator::load(&file)).transpose()?.map(Arc::new);
-    let spline = shipped::of_robot(&robot, Kind::Spline).map(shipped::Shipped::file).transpose()?;
+    let spline = shipped::of_robot(robot, Kind::Spline).map(shipped::Shipped::file).transpose()?;
     let spline = spline.map(|file| MotionSpline::load(&file)).transpose()?.map(Arc::new);
-    let prior = shipped::of_robot(&robot, Kind::Prior).map(shipped::Shipped::file).transpose()?;
+    let prior = shipped::of_robot(robot, Kind::Prior).map(shipped::Shipped::file).transpose()?;
     let prior = prior.map(|file| MotionPrior::load(&file)).transpose()?.map(Arc::new);
-    let folder = folder(file);
-    let policies = policies(scene, &robot, &folder);
-    Ok(Stage { controller, generator, spline, prior, folder, policies })
+    let policies = Policies::default();
+    Ok(Stage { controller, generator, spline, prior, folder: folder(file), policies })
 }
 
 /// Reads the policy of this name or file, the best for the robot where there is none.

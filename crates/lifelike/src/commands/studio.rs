@@ -1,8 +1,10 @@
 //! `lifelike studio`: a scene in a browser, where physics answers to every change.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::Arc;
 
+use lifelike_robot::Robot;
 use lifelike_studio::{Document, EXTENSION, Operation, Scene, Studio};
 use serde_json::json;
 
@@ -11,6 +13,7 @@ use crate::commands::stage;
 use crate::error::CliError;
 use crate::next::NextCommand;
 use crate::output::Output;
+use crate::shipped::{self, Kind};
 
 /// Direct a robot in a browser: type sentences, drop clips, push, edit; physics answers at once.
 ///
@@ -78,7 +81,9 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         return output.result(&value, || format!("{}: {count} operations\nnext: {next}\n", file.display()));
     }
     let stage = stage::open(document.scene(), &file)?;
-    let studio = Studio::new(stage, document, port, args.read_only)?;
+    let whole = std::path::absolute(&file).unwrap_or_else(|_| file.clone());
+    let command = Arc::new(move |scene: &Scene| on_robot(scene, &whole));
+    let studio = Studio::new(stage, document, port, args.read_only, command)?;
     let [edit, watch] = studio.addresses();
     let value = json!({ "scene": file, "address": edit, "watch": watch });
     output.result(&value, || {
@@ -89,6 +94,18 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         browse(if args.read_only { &watch } else { &edit });
     }
     Ok(studio.serve()?)
+}
+
+/// Returns the command line that runs a scene on a simulated robot, by the policy that performs it.
+fn on_robot(scene: &Scene, file: &Path) -> String {
+    let best = || Robot::load(&scene.robot).ok().and_then(|robot| shipped::of_robot(&robot, Kind::Controller));
+    let policy = match &scene.policy {
+        Some(name) if stage::folder(file).join(name).is_file() => stage::folder(file).join(name).display().to_string(),
+        Some(name) => name.clone(),
+        None => best().map_or_else(|| "CONTROLLER".into(), |network| network.stem().into()),
+    };
+    let line = NextCommand::new("run").word(policy).robot(&scene.robot);
+    line.word("--bus").word("sim:127.0.0.1:9870").path("--scene", file).to_string()
 }
 
 /// Opens an address in the user's browser, where there is one.

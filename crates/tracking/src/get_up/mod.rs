@@ -17,7 +17,7 @@ use lifelike_checkpoint::Checkpoint;
 use lifelike_checkpoint::rng::stream;
 use lifelike_report::run::RunFolder;
 use lifelike_robot::get_up::Key;
-use lifelike_robot::{GetUpScript, Robot};
+use lifelike_robot::{ActionMap, ActionSpec, GetUpScript, Robot};
 use lifelike_train::limits::whole;
 use lifelike_train::plan;
 use lifelike_train::{Budget, Scalar, Schedule, TrainingTask};
@@ -96,7 +96,7 @@ struct Search {
 /// Map between numbers of a candidate and keys. Per key the logarithm of its time, then a number from -1 to 1 of each free joint.
 #[derive(Debug, Clone)]
 struct Keyframes {
-    /// Middle and half of each joint's range (rad).
+    /// Middle and half of the targets that each joint may have (rad): a target beyond the range pushes with more torque.
     ranges: Vec<(f64, f64)>,
     /// Joints that are free in a symmetric pose, and their partner with its sign.
     free: Vec<(usize, usize, f64)>,
@@ -105,11 +105,12 @@ struct Keyframes {
 impl Keyframes {
     fn new(robot: &Robot) -> Result<Self, TrackerError> {
         let symmetry = Symmetry::derive(&robot.character)?;
-        let range = |range: Option<(f64, f64)>| {
-            let (low, high) = range.unwrap_or((-std::f64::consts::PI, std::f64::consts::PI));
+        let pi = std::f64::consts::PI;
+        let middle_and_half = |(low, high): &(f32, f32)| {
+            let (low, high) = (f64::from(*low).max(-2.0 * pi), f64::from(*high).min(2.0 * pi));
             (0.5 * (low + high), 0.5 * (high - low))
         };
-        let ranges = robot.character.scalar_joints().map(|joint| range(joint.range)).collect();
+        let ranges = ActionMap::new(ActionSpec::Absolute, robot).limits.iter().map(middle_and_half).collect();
         let pairs = symmetry.joint.iter().zip(&symmetry.sign).enumerate();
         // A joint that is its own partner with another sign is zero in a symmetric pose.
         let is_free =

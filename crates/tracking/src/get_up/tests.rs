@@ -31,10 +31,8 @@ fn a_candidate_is_the_script_that_it_was_made_of() {
         for (a, b) in a.iter().zip(b.iter()) {
             assert!((a.seconds - b.seconds).abs() < 1e-9);
             for (joint, (a, b)) in a.pose.iter().zip(&b.pose).enumerate() {
-                // Ranges clip a few targets of the script.
-                let (middle, half) = search.keyframes.ranges[joint];
-                let expected = f64::from(*b).clamp(middle - half, middle + half);
-                assert!((f64::from(*a) - expected).abs() < 0.011, "joint {joint}: {a} {b}");
+                // Targets beyond a joint's range are part of the script, and none is clipped.
+                assert!((f64::from(*a) - f64::from(*b)).abs() < 0.011, "joint {joint}: {a} {b}");
             }
         }
     }
@@ -51,8 +49,7 @@ fn the_shipped_script_is_worth_more_than_one_that_only_lies() {
         candidates[0] = keys;
         let outcomes = search.trials.run(stage, &candidates, 0).unwrap();
         assert!(outcomes[1].success[0] == 0.0 && outcomes[0].value > 3.0 * outcomes[1].value, "{stage:?} {outcomes:?}");
-        // The shipped rise is caught by a controller before it is calm, which no trial has.
-        assert!(stage == Stage::Rise || outcomes[0].success[0] > 0.4, "{outcomes:?}");
+        assert!(outcomes[0].success[0] > 0.4, "{stage:?} {outcomes:?}");
     }
 }
 

@@ -21,15 +21,17 @@ const DROP: f64 = 2.0;
 /// A robot lies on its belly when the vertical part of its forward axis is below this, on its back or side otherwise.
 const ON_BELLY: f64 = -0.6;
 /// Longest time of a trial of `roll` and of `rise` (s); the last pose is held.
-const LONGEST: [f64; 2] = [1.8, 4.2];
-/// Time for which a robot must be where a stage leads (s): a controller takes over then.
-const HOLD: f64 = 0.2;
-/// Up axis and height of a robot on its feet, and forward axis of one that lies flat on its belly.
+const LONGEST: [f64; 2] = [2.4, 4.2];
+/// Time for which a robot must be where `roll` and `rise` lead (s). One that rolls must not roll on; after `rise` a controller takes
+/// over.
+const HOLD: [f64; 2] = [0.5, 0.06];
+/// Up axis and height of a robot on its feet, and forward axis of one that lies flat on its belly. Both of the first are a little
+/// above those at which a controller takes over.
 const UPRIGHT: f64 = 0.92;
-const HEIGHT: f64 = 0.85;
+const HEIGHT: f64 = 0.78;
 const FLAT: f64 = -0.85;
-/// Squared speed of a robot that a controller can take over (m²/s²).
-const CALM: f64 = 0.1;
+/// Squared speed of a robot that lies, and of one that a controller can take over (m²/s²).
+const CALM: [f64; 2] = [0.1, 0.6];
 /// Share of the weight that each foot carries at least.
 const CARRIES: f64 = 0.1;
 /// Value of a trial that succeeds at once; one that succeeds late has half of it.
@@ -274,7 +276,7 @@ impl Trials {
         let symmetry = lifelike_character::Symmetry::derive(&self.robot.character)?;
         let index = usize::from(stage == Stage::Rise);
         let frames = self.frames(LONGEST[index]);
-        let hold = self.frames(HOLD);
+        let hold = self.frames(HOLD[index]);
         let mut courses = vec![Course::default(); ids.len()];
         self.play(simulation, candidates, &from, Some((&mirrored, &symmetry)), LONGEST[index], |frame, state| {
             for (i, course) in courses.iter_mut().enumerate() {
@@ -301,7 +303,7 @@ impl Trials {
         match stage {
             Stage::Roll => {
                 let forward = axis(state, i, Vec3::x());
-                (0.5 * (1.0 - forward) * slow, forward < FLAT && speed < CALM)
+                (0.5 * (1.0 - forward) * slow, forward < FLAT && speed < CALM[0])
             }
             Stage::Rise => {
                 let height = (f64::from(state.root_position[3 * i + 2]) / self.height).clamp(0.0, 1.0);
@@ -309,7 +311,7 @@ impl Trials {
                 let feet = self.robot.anatomy.soles.len();
                 let forces = &state.foot_force[i * feet..(i + 1) * feet];
                 let carries = forces.iter().all(|force| f64::from(*force) > CARRIES * self.weight);
-                let stands = up > UPRIGHT && height > HEIGHT && carries && speed < CALM;
+                let stands = up > UPRIGHT && height > HEIGHT && carries && speed < CALM[1];
                 (height * (0.5 + 0.5 * up) * slow, stands)
             }
         }

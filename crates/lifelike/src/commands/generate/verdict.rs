@@ -64,16 +64,11 @@ impl Verdict {
         robot: &Robot,
         critic: Option<&Critic>,
     ) -> Result<Self, CliError> {
-        let found = feasibility::check(clip, &robot.character, &robot.anatomy, &robot.speeds())?;
-        let inside = collisions(clip, &robot.character, INSIDE)?;
-        let inside = inside.iter().filter(|collision| collision.seconds >= PATIENCE - 1e-9);
-        let mut reasons: Vec<(f64, f64, String)> =
-            found.reasons().map(|f| (f.from, f.seconds, finding_words(f))).chain(inside.map(collided)).collect();
-        reasons.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let reasons = reasons(clip, robot)?;
         Ok(Self {
             feasible: reasons.is_empty(),
-            bad_seconds: reasons.iter().map(|(_, seconds, _)| seconds).sum(),
-            reasons: reasons.into_iter().map(|(_, _, words)| words).collect(),
+            bad_seconds: reasons.iter().map(|reason| reason.seconds).sum(),
+            reasons: reasons.into_iter().map(|reason| reason.words).collect(),
             softened: Vec::new(),
             critic: critic.map(|critic| Opinion::of(critic, rows)).transpose()?,
         })
@@ -100,9 +95,34 @@ impl Verdict {
     }
 }
 
-fn collided(collision: &Collision) -> (f64, f64, String) {
+/// A reason against a motion, without physics.
+pub struct Reason {
+    /// Start (s).
+    pub from: f64,
+    /// Duration (s).
+    pub seconds: f64,
+    /// Reason and time.
+    pub words: String,
+}
+
+/// Returns the reasons against a clip by momentum, limits and collisions, in the order of time.
+///
+/// # Errors
+/// The clip is not the robot's.
+pub fn reasons(clip: &MotionClip, robot: &Robot) -> Result<Vec<Reason>, CliError> {
+    let found = feasibility::check(clip, &robot.character, &robot.anatomy, &robot.speeds())?;
+    let inside = collisions(clip, &robot.character, INSIDE)?;
+    let inside = inside.iter().filter(|collision| collision.seconds >= PATIENCE - 1e-9);
+    let found = found.reasons().map(|f| Reason { from: f.from, seconds: f.seconds, words: finding_words(f) });
+    let mut reasons: Vec<Reason> = found.chain(inside.map(collided)).collect();
+    reasons.sort_by(|a, b| a.from.total_cmp(&b.from));
+    Ok(reasons)
+}
+
+fn collided(collision: &Collision) -> Reason {
     let [a, b] = collision.parts.each_ref().map(|part| part.replace('_', " "));
-    (collision.from, collision.seconds, format!("{a} inside {b} at {:.1} s", collision.from))
+    let words = format!("{a} inside {b} at {:.1} s", collision.from);
+    Reason { from: collision.from, seconds: collision.seconds, words }
 }
 
 #[cfg(test)]
