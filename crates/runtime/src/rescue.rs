@@ -85,7 +85,6 @@ fn state(measured: &Measurement) -> MeasuredState<'_> {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;

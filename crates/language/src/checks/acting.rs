@@ -77,6 +77,16 @@ pub fn limb(tracks: &Tracks, verb: &Verb, side: Option<Side>, meanwhile: Meanwhi
         }
         Acts::Hand => lopsided(share(&tracks.hands), side, ACTING),
         Acts::Hands if matches!(side, Some(Side::Left | Side::Right)) => lopsided(share(&tracks.hands), side, ACTING),
+        // The leg that stands works as hard as the one that is held up.
+        Acts::Foot if verb.shows.contains(&Show::FootHeld) => {
+            let (own, other) = match side {
+                Some(Side::Left) => (Side::Left, Side::Right),
+                _ => (Side::Right, Side::Left),
+            };
+            let [own_up, other_up] = [own, other].map(|foot| held_up(tracks, Some(foot)));
+            let got = format!("{own_up:.1} s, the other {other_up:.1} s");
+            (format!("{} up at least twice as long as the other", own.word()), got, own_up > 2.0 * other_up)
+        }
         Acts::Foot => {
             let relative = [0, 1].map(|i| tracks.feet[i].clone());
             lopsided(share(&relative), side, ACTING)

@@ -119,10 +119,8 @@ impl Reader<'_> {
             Join::And => script.clauses.last().is_some_and(|last| {
                 let open =
                     last.actions.iter().all(|a| a.count.is_none() && a.degrees.is_none()) && last.seconds.is_none();
-                open && times == 1
-                    && action.degrees.is_none()
-                    && self.goes_along(&last.actions, &action)
-                    && self.at_once(&last.actions, &action, free).is_some()
+                let goes = open && self.goes_along(&last.actions, &action) || self.is_round(last, &action);
+                goes && times == 1 && action.degrees.is_none() && self.at_once(&last.actions, &action, free).is_some()
             }),
             _ => false,
         };
@@ -162,6 +160,14 @@ impl Reader<'_> {
     fn is_of_hands(&self, actions: &[Action]) -> bool {
         let mut verbs = actions.iter().filter_map(|action| self.grammar.verb(&action.verb).ok());
         verbs.all(|verb| matches!(verb.acts, Acts::Hand | Acts::Hands))
+    }
+
+    /// Returns whether "and" is during a whole turn, or more: "turn in a circle and flap your arms".
+    fn is_round(&self, last: &Clause, action: &Action) -> bool {
+        let [turn] = last.actions.as_slice() else { return false };
+        let repeats = |verb: &Verb| verb.cycle.is_some() && matches!(verb.acts, Acts::Hand | Acts::Hands);
+        let is_whole = turn.degrees.is_some_and(|degrees| degrees >= 360) && self.is_turn(turn);
+        is_whole && action.count.is_none() && self.grammar.verb(&action.verb).is_ok_and(repeats)
     }
 
     /// Returns whether "and" is at once: a gesture and a walk, or the head and anything.

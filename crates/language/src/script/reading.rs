@@ -117,11 +117,11 @@ impl Reader<'_> {
     fn with_objects(&self, text: &str) -> String {
         const BEFORE: [&str; 9] = ["a", "an", "the", "his", "her", "your", "my", "their", "its"];
         let mut words = normal(text);
-        let is_it = |at: &usize| words[*at] == "it" && self.phrases.is_main_verb(&words[at - 1]);
-        let places: Vec<usize> = (1..words.len()).filter(is_it).collect();
+        let places: Vec<usize> = (1..words.len()).filter(|at| words[*at] == "it").collect();
         if places.is_empty() {
             return text.to_owned();
         }
+        let mut is_changed = false;
         for at in places {
             let things = (1..at.saturating_sub(1)).filter(|thing| BEFORE.contains(&words[thing - 1].as_str())).rev();
             let does = |thing: &usize| {
@@ -132,9 +132,10 @@ impl Reader<'_> {
             };
             if let Some(thing) = things.into_iter().find(does) {
                 words[at] = words[thing].clone();
+                is_changed = true;
             }
         }
-        words.join(" ")
+        if is_changed { words.join(" ").replace('|', ".") } else { text.to_owned() }
     }
 
     /// Returns notes on the words of a text that are read as others, or left out.

@@ -110,6 +110,18 @@ fn free_words_become_actions() {
             "stamp four times, alternating feet, right first",
             "stamp, right side, once; then stamp, left side, once; then stamp, right side, once; then stamp, left side, once",
         ),
+        ("pump your fist in the air 5 times", "fist pump, right side, 5 times"),
+        (
+            "the knight draws his sword, swings it twice and kneels",
+            "draw sword, right side; then swing sword, both side, 2 times; then kneel, right side",
+        ),
+        ("put on a hat, then take it off", "put on hat, both side; then take off hat, right side"),
+        ("draw circles in the air with your left foot", "foot circle, left side, once"),
+        ("hop up and down and punch the air", "jump, in place, 3 times; then punch, right side, once"),
+        ("shadow box for a bit", "jab cross, both side, 5 s"),
+        ("turn in circle and flap the arms like bird", "flap, both side while: turn, to the left, 360 degrees"),
+        ("turn around and wave", "turn, to the left, 180 degrees; then wave, right side"),
+        ("bow like an old man", "bow, tired"),
         ("curl your right arm twice", "bicep curl, right side, 2 times"),
         ("until I say stop jog on the spot", "jog in place, in place"),
         (
