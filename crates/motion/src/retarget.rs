@@ -162,7 +162,7 @@ fn solve(rig: &Rig, shapes: &Shapes, human: &Human, stances: &[Stance; 2], optio
     limit_speeds(rig, &mut followed, fps);
     smooth::smooth_poses(rig, &mut followed, sigma);
     let planted = plant::plant(rig, &followed, &followed, &soft, stances, options);
-    balance::balance(rig, planted, stances, sigma, fps)
+    if options.balance { balance::balance(rig, planted, stances, sigma, fps) } else { planted }
 }
 
 fn limit_speeds(rig: &Rig, poses: &mut [Vec<f64>], fps: f64) {

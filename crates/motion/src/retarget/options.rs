@@ -24,6 +24,8 @@ pub struct RetargetOptions {
     pub swing_clearance: f64,
     /// Share of the human's heel rise that is kept while the toes are still on the ground (0: the sole stays flat).
     pub heel_rise: f64,
+    /// Lean over a foot that carries the body alone for longer than a step.
+    pub balance: bool,
     /// Standard deviation of the zero-phase smoothing (s).
     pub smoothing: f64,
     /// When the human's feet touch the ground.
@@ -46,6 +48,7 @@ impl Default for RetargetOptions {
             min_knee_bend: 0.15,
             swing_clearance: 0.02,
             heel_rise: 0.5,
+            balance: true,
             smoothing: 0.02,
             contact: ContactOptions::default(),
             allow_off_ground: false,

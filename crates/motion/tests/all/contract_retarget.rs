@@ -6,7 +6,7 @@ use lifelike_character::rotation::{heading_angle, to_wxyz};
 use lifelike_character::{Anatomy, Character, Kinematics, Quat, Role, Vec3};
 use lifelike_motion::formats::{ReadOptions, bvh, deepmimic};
 use lifelike_motion::retarget::{Bounds, Correspondence, RetargetOptions, RetargetReport, retarget};
-use lifelike_motion::{MotionClip, MotionError, SourceClip, keyframes};
+use lifelike_motion::{MotionClip, MotionError, SourceClip, feasibility, keyframes};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -227,6 +227,38 @@ fn the_same_motion_turned_and_moved_gives_the_same_joints() {
     assert!(worst < 0.02, "{worst} rad");
     let heading = heading_angle(&(turn.inverse() * b.root_orientation[40])) - heading_angle(&a.root_orientation[40]);
     assert!(heading.abs() < 0.01, "{heading}");
+}
+
+/// Distance of the centre of mass, seen from above, beside the sole of each foot (m), in the middle of the clip.
+fn beside_the_soles(clip: &MotionClip, character: &Character, anatomy: &Anatomy) -> [f64; 2] {
+    let columns = clip.columns_for(character).unwrap();
+    let mut kinematics = Kinematics::new(character);
+    let mut q = character.reference_position();
+    clip.write_position(character, &columns, clip.len() / 2, &mut q);
+    kinematics.update(character, &q);
+    let bodies = character.bodies.iter().enumerate();
+    let centre: Vec3 = bodies.map(|(i, b)| b.inertial.mass * kinematics.point(i, &b.inertial.com)).sum();
+    let centre = centre / character.mass();
+    [Role::LeftFoot, Role::RightFoot].map(|role| {
+        let sole = &anatomy.soles[&role];
+        let corners: Vec<Vec3> = sole.corners.iter().map(|c| kinematics.point(sole.body, c)).collect();
+        feasibility::outside(&corners, &centre).unwrap()
+    })
+}
+
+#[test]
+fn who_stands_on_one_foot_is_above_it_and_who_walks_is_as_before() {
+    let (character, anatomy) = robot("lima");
+    let leans = RetargetOptions::default();
+    let as_before = RetargetOptions { balance: false, ..RetargetOptions::default() };
+    for name in ["balance_on_one_leg", "tree_pose"] {
+        let [left, right] = beside_the_soles(&convert(&own(name), "lima", &leans).0, &character, &anatomy);
+        assert!(left < 1e-3 && right > 0.05, "{name}: {left} {right}");
+        let [left, _] = beside_the_soles(&convert(&own(name), "lima", &as_before).0, &character, &anatomy);
+        assert!(left > 0.02, "{name}: {left} without");
+    }
+    let walks = [leans, as_before].map(|options| convert(&own("walk"), "lima", &options).0);
+    assert_eq!(walks[0].joints, walks[1].joints);
 }
 
 #[test]
