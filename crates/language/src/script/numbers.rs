@@ -109,6 +109,10 @@ pub(super) fn with_digits(words: Vec<String>) -> Vec<String> {
             "hundred" => (1, 1),
             "two" if word(at + 1) == "hundred" => (2, 2),
             "three" if word(at + 1) == "hundred" => (3, 2),
+            // Turns: "a one-eighty", "three sixty".
+            "one" if word(at + 1) == "eighty" => (1, 1),
+            "two" if word(at + 1) == "seventy" => (2, 1),
+            "three" if word(at + 1) == "sixty" => (3, 1),
             _ => (0, 0),
         };
         if hundreds > 0 {
@@ -185,6 +189,8 @@ mod tests {
             ("jump with two feet", "jump with two feet"),
             ("for 2 minutes", "for 120 seconds"),
             ("a hundred and eighty degrees", "180 degrees"),
+            ("a one eighty", "a 180"),
+            ("a three sixty", "a 360"),
             ("side-step", "side-step"),
         ] {
             assert_eq!(read(text), expected, "{text}");

@@ -182,9 +182,18 @@ impl Reader<'_> {
             // Words of a story around ask for nothing.
             rules.unknown.retain(|text| text.split(' ').any(|word| asking.contains(word)));
         }
+        // "Sit like an exhausted old man" is no walk: the manner is the rules', and so is the action.
+        const GAITS_OF_MOODS: [&str; 2] = ["walk_tired", "walk_proud"];
+        let has_mood = |script: &Script| {
+            script.clauses.iter().flat_map(|clause| &clause.actions).any(|action| action.mood.is_some())
+        };
+        let is_manner = knows_most
+            && has_mood(&rules)
+            && !words.iter().any(|word| self.phrases.base(word) == "walk")
+            && verbs(&network).iter().any(|verb| GAITS_OF_MOODS.contains(verb) && !verbs(&rules).contains(verb));
         // The network cannot name a verb that is newer than it.
         let has_newer = knows_most && verbs(&rules).iter().any(|verb| self.is_newer(verb));
-        if is_same || loses || knows_less || has_newer || certainty < least { rules } else { network }
+        if is_same || loses || knows_less || has_newer || is_manner || certainty < least { rules } else { network }
     }
 
     /// Reads the parts of a sentence that has described postures.

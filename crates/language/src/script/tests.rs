@@ -122,6 +122,9 @@ fn free_words_become_actions() {
         ("turn in circle and flap the arms like bird", "flap, both side while: turn, to the left, 360 degrees"),
         ("turn around and wave", "turn, to the left, 180 degrees; then wave, right side"),
         ("bow like an old man", "bow, tired"),
+        ("sit down like an exhausted old man", "sit, tired"),
+        ("do a one-eighty", "turn, to the left, 180 degrees"),
+        ("stand at ease", "hands behind back, both side"),
         ("curl your right arm twice", "bicep curl, right side, 2 times"),
         ("until I say stop jog on the spot", "jog in place, in place"),
         (
