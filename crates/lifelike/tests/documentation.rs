@@ -56,7 +56,7 @@ fn shortened(text: &str) -> String {
         .join(" ")
 }
 
-/// Runs a page's blocks from an empty folder with a robot and a capture of the reader's own in it.
+/// Runs a page's blocks beside those of other pages.
 fn follow(page: &str) {
     let _other = REAL_TIME.read().unwrap_or_else(PoisonError::into_inner);
     run_blocks(page);
@@ -68,6 +68,7 @@ fn follow_alone(page: &str) {
     run_blocks(page);
 }
 
+/// Runs a page's blocks from an empty folder with a robot and a capture of the reader's own in it.
 fn run_blocks(page: &str) {
     let text = std::fs::read_to_string(root().join(page)).unwrap();
     let folder = tempfile::tempdir().unwrap();

@@ -89,7 +89,7 @@ pub fn retarget(
         refuse::check_ground(source, &human, &stances, captured_fps)?;
     }
     let shapes = Shapes::new(character);
-    let mut poses = solve(&rig, &shapes, &human, &stances, options);
+    let mut poses = solve(&rig, anatomy, &shapes, &human, &stances, options);
     ground::settle(&rig, &shapes, &mut poses, &stances);
     finish(&rig, &mut poses, fps);
 
@@ -154,7 +154,14 @@ fn check_options(source: &SourceClip, options: &RetargetOptions) -> Result<(), M
 }
 
 /// Returns the generalised positions for every frame, feet locked, before the last shift in height.
-fn solve(rig: &Rig, shapes: &Shapes, human: &Human, stances: &[Stance; 2], options: &RetargetOptions) -> Vec<Vec<f64>> {
+fn solve(
+    rig: &Rig,
+    anatomy: &Anatomy,
+    shapes: &Shapes,
+    human: &Human,
+    stances: &[Stance; 2],
+    options: &RetargetOptions,
+) -> Vec<Vec<f64>> {
     let fps = options.fps;
     let sigma = options.smoothing * fps;
     let soft = feet::soft_targets(rig, human, stances, options, fps);
@@ -162,7 +169,7 @@ fn solve(rig: &Rig, shapes: &Shapes, human: &Human, stances: &[Stance; 2], optio
     limit_speeds(rig, &mut followed, fps);
     smooth::smooth_poses(rig, &mut followed, sigma);
     let planted = plant::plant(rig, &followed, &followed, &soft, stances, options);
-    if options.balance { balance::balance(rig, planted, stances, sigma, fps) } else { planted }
+    if options.balance { balance::balance(rig, anatomy, planted, stances, sigma, fps) } else { planted }
 }
 
 fn limit_speeds(rig: &Rig, poses: &mut [Vec<f64>], fps: f64) {

@@ -8,6 +8,9 @@ use lifelike_character::Vec3;
 
 use super::Momentum;
 
+/// In the air a shift is to go on as it is: a stiffness (frames²) above all others.
+const AIRBORNE: f64 = 1e4;
+
 /// Returns the shift of each frame (m) that moves its zero moment point by `missing` (m): s − k s̈ = e; at the ends s̈ is 0, in the air
 /// too. `gravity` in m/s².
 pub(crate) fn shift_for(momentum: &[Option<Momentum>], missing: &[Vec3], gravity: f64, fps: f64) -> Vec<Vec3> {
@@ -32,6 +35,3 @@ pub(crate) fn shift_for(momentum: &[Option<Momentum>], missing: &[Vec3], gravity
     }
     right
 }
-
-/// In the air a shift is to go on as it is: a stiffness (frames²) above all others.
-const AIRBORNE: f64 = 1e4;

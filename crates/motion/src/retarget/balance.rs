@@ -3,15 +3,15 @@
 //! A human's hips go sideways over the foot. A robot of other masses, or without ankles that roll, would fall over beside it. Walking
 //! needs nothing of the kind: its steps are shorter than [`LONG`].
 
-use lifelike_character::{Kinematics, Vec3};
+use lifelike_character::{Anatomy, Kinematics, Vec3};
 
 use super::feet::Stance;
 use super::passes;
-use super::rig::Rig;
+use super::rig::{Rig, Spot};
 use super::smooth;
 use super::solver::{Limits, Solver, Task};
 use crate::contacts::runs;
-use crate::feasibility::{Momentum, momentum, nearest, shift_for};
+use crate::feasibility::{Momentum, centre_of_mass, momentum, nearest, shift_for, touches};
 
 /// One foot alone carries the body for at least this long (s).
 const LONG: f64 = 0.8;
@@ -19,6 +19,8 @@ const LONG: f64 = 0.8;
 const SHARE: f64 = 0.8;
 /// Each round is right for the momentum of the one before.
 const ROUNDS: usize = 2;
+/// The largest shift, as a share of the legs.
+const FARTHEST: f64 = 0.4;
 
 /// Weights of the tasks, as those of [`passes`].
 mod weight {
@@ -31,8 +33,16 @@ mod weight {
     pub const PELVIS: f64 = 0.6;
 }
 
-/// Leans the body with root and legs over a foot that carries it for long; all other clips stay as they are.
-pub(super) fn balance(rig: &Rig, poses: Vec<Vec<f64>>, stances: &[Stance; 2], sigma: f64, fps: f64) -> Vec<Vec<f64>> {
+/// Leans the body with root and legs over a foot that carries it for long; all other clips stay as they are, and so do those of a
+/// character without mass.
+pub(super) fn balance(
+    rig: &Rig,
+    anatomy: &Anatomy,
+    poses: Vec<Vec<f64>>,
+    stances: &[Stance; 2],
+    sigma: f64,
+    fps: f64,
+) -> Vec<Vec<f64>> {
     let feet = feet_alone(stances, poses.len(), fps);
     if feet.iter().all(Option::is_none) {
         return poses;
@@ -43,9 +53,13 @@ pub(super) fn balance(rig: &Rig, poses: Vec<Vec<f64>>, stances: &[Stance; 2], si
         let figures: Vec<Kinematics> = now.iter().map(|pose| figure(rig, pose)).collect();
         let momentum = momentum(rig.character, &figures, fps);
         let missing: Vec<Vec3> =
-            (0..now.len()).map(|t| missing(rig, &figures[t], momentum[t].as_ref(), feet[t])).collect();
+            (0..now.len()).map(|t| missing(rig, anatomy, &figures[t], momentum[t].as_ref(), feet[t])).collect();
+        if missing.iter().all(|missing| *missing == Vec3::zeros()) {
+            break;
+        }
         for (own, more) in shift.iter_mut().zip(shift_for(&momentum, &missing, rig.character.gravity.norm(), fps)) {
             *own += more;
+            *own /= (own.norm() / (FARTHEST * rig.leg_length)).max(1.0);
         }
         now = lean(rig, &poses, &shift, stances, fps);
         smooth::smooth_change(rig, &poses, &mut now, sigma);
@@ -73,12 +87,22 @@ fn feet_alone(stances: &[Stance; 2], frames: usize, fps: f64) -> Vec<Option<usiz
     out
 }
 
-/// Returns by how much the point of the ground's force is to move for the foot that stands alone (m).
-fn missing(rig: &Rig, figure: &Kinematics, momentum: Option<&Momentum>, foot: Option<usize>) -> Vec3 {
+/// Returns by how much the point of the ground's force is to move for the foot that stands alone (m); nothing where a knee, a hand
+/// or another part stands, too.
+fn missing(
+    rig: &Rig,
+    anatomy: &Anatomy,
+    figure: &Kinematics,
+    momentum: Option<&Momentum>,
+    foot: Option<usize>,
+) -> Vec3 {
     let (Some(foot), Some(point)) = (foot.map(|side| &rig.legs[side].foot), momentum.and_then(|m| m.zero_moment_point))
     else {
         return Vec3::zeros();
     };
+    if touches(rig.character, anatomy, figure).other.is_some() {
+        return Vec3::zeros();
+    }
     let corners: Vec<Vec3> = foot.corners.iter().map(|corner| figure.point(foot.body, corner)).collect();
     let middle = corners.iter().sum::<Vec3>() / corners.len().max(1) as f64;
     let inner: Vec<Vec3> = corners.iter().map(|corner| middle + (corner - middle) * SHARE).collect();
@@ -94,7 +118,7 @@ fn lean(rig: &Rig, base: &[Vec<f64>], shift: &[Vec3], stances: &[Stance; 2], fps
     for (t, pose) in base.iter().enumerate() {
         let figure = figure(rig, pose);
         tasks.clear();
-        let target = crate::feasibility::centre_of_mass(rig.character, &figure) + shift[t];
+        let target = centre_of_mass(rig.character, &figure) + shift[t];
         tasks.push(Task::Centre { target, weight: weight::CENTRE });
         let hips = figure.point(rig.hips.body, &rig.hips.point);
         tasks.push(Task::Position { spot: rig.hips, target: hips, weight: Vec3::repeat(weight::HIPS) });
@@ -103,7 +127,7 @@ fn lean(rig: &Rig, base: &[Vec<f64>], shift: &[Vec3], stances: &[Stance; 2], fps
         for (leg, stance) in rig.legs.iter().zip(stances) {
             let (body, point) = (leg.foot.body, leg.foot.under);
             let grip = if stance.any(t) { weight::SOLE } else { weight::LIFTED };
-            let spot = super::rig::Spot { body, point };
+            let spot = Spot { body, point };
             let target = figure.point(body, &point);
             tasks.push(Task::Position { spot, target, weight: Vec3::repeat(grip) });
             let (target, weight) =
@@ -116,4 +140,32 @@ fn lean(rig: &Rig, base: &[Vec<f64>], shift: &[Vec3], stances: &[Stance; 2], fps
         poses.push(solver.q.clone());
     }
     poses
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use lifelike_character::Character;
+
+    use super::*;
+    use crate::retarget::RetargetOptions;
+
+    #[test]
+    fn nothing_is_missing_where_another_part_of_the_body_lies_on_the_ground() {
+        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/lima.xml");
+        let character = Character::load(&file).unwrap();
+        let anatomy = Anatomy::guess(&character, &Default::default()).unwrap();
+        let rig = Rig::new(&character, &anatomy, &RetargetOptions::default()).unwrap();
+        let far = Vec3::new(0.0, 1.0, 0.0);
+        let momentum = Momentum { centre: far, specific_force: -character.gravity, zero_moment_point: Some(far) };
+        let mut pose = character.reference_position();
+        let standing = missing(&rig, &anatomy, &figure(&rig, &pose), Some(&momentum), Some(0));
+        assert!(standing.y < -0.5, "{standing}");
+        let at = rig.root.q_index;
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        pose[at + 2] = 0.05;
+        pose[at + 3..at + 7].copy_from_slice(&[half, 0.0, half, 0.0]);
+        let lying = missing(&rig, &anatomy, &figure(&rig, &pose), Some(&momentum), Some(0));
+        assert_eq!(lying, Vec3::zeros());
+    }
 }

@@ -257,6 +257,11 @@ fn who_stands_on_one_foot_is_above_it_and_who_walks_is_as_before() {
         let [left, _] = beside_the_soles(&convert(&own(name), "lima", &as_before).0, &character, &anatomy);
         assert!(left > 0.02, "{name}: {left} without");
     }
+    // A robot without masses has no balance.
+    let mut weightless = character.clone();
+    weightless.bodies.iter_mut().for_each(|body| body.inertial.mass = 0.0);
+    let clip = retarget(&own("tree_pose"), &weightless, &anatomy, &leans).unwrap().0;
+    assert_eq!(clip.joints, convert(&own("tree_pose"), "lima", &as_before).0.joints);
     let walks = [leans, as_before].map(|options| convert(&own("walk"), "lima", &options).0);
     assert_eq!(walks[0].joints, walks[1].joints);
 }
