@@ -33,7 +33,7 @@ mod weight {
     pub const PELVIS: f64 = 0.6;
 }
 
-/// Leans the body with root and legs over a foot that carries it for long; all other clips stay as they are, and so do those of a
+/// Leans the body with root and legs over a foot that carries it for long. All other clips stay as they are, and so do those of a
 /// character without mass.
 pub(super) fn balance(
     rig: &Rig,
@@ -87,8 +87,8 @@ fn feet_alone(stances: &[Stance; 2], frames: usize, fps: f64) -> Vec<Option<usiz
     out
 }
 
-/// Returns by how much the point of the ground's force is to move for the foot that stands alone (m); nothing where a knee, a hand
-/// or another part stands, too.
+/// Returns by how much the point of the ground's force is to move for the foot that stands alone (m). Where a knee, a hand or another
+/// part stands, too, that is nothing.
 fn missing(
     rig: &Rig,
     anatomy: &Anatomy,
