@@ -87,8 +87,8 @@ fn feet_alone(stances: &[Stance; 2], frames: usize, fps: f64) -> Vec<Option<usiz
     out
 }
 
-/// Returns by how much the point of the ground's force is to move for the foot that stands alone (m). Where a knee, a hand or another
-/// part stands, too, that is nothing.
+/// Returns by how much the point of the ground's force is to move for the foot that stands alone (m). It is zero where a knee, a hand or
+/// another part stands, too.
 fn missing(
     rig: &Rig,
     anatomy: &Anatomy,
