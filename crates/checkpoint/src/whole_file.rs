@@ -3,6 +3,7 @@
 use std::fs::{self, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Ending of files that are being written; one that is left after a crash can be removed.
 pub const PARTIAL: &str = "partial";
@@ -45,10 +46,12 @@ fn refuse_special(path: &Path) -> io::Result<()> {
     Err(io::Error::new(ErrorKind::InvalidInput, format!("expected a regular file or nothing, got {got}")))
 }
 
-/// Returns the hidden name beside a file under which it is written.
+/// Returns a hidden name beside a file, under which no other thread or process writes.
 fn partial_of(path: &Path) -> io::Result<PathBuf> {
-    let name = path.file_name().ok_or(ErrorKind::InvalidInput)?;
-    Ok(path.with_file_name(format!(".{}.{}.{PARTIAL}", name.to_string_lossy(), std::process::id())))
+    static WRITTEN: AtomicU64 = AtomicU64::new(0);
+    let name = path.file_name().ok_or(ErrorKind::InvalidInput)?.to_string_lossy();
+    let (process, count) = (std::process::id(), WRITTEN.fetch_add(1, Ordering::Relaxed));
+    Ok(path.with_file_name(format!(".{name}.{process}-{count}.{PARTIAL}")))
 }
 
 /// Writes a file that nobody else has opened: whatever has its name is removed, not followed.
@@ -81,6 +84,20 @@ mod tests {
         assert!(write_file(folder.path(), b"x").unwrap_err().to_string().contains("got a folder"));
     }
 
+    #[test]
+    fn threads_that_write_one_file_do_not_take_each_others_bytes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.json");
+        let texts: Vec<String> = (0..4).map(|i| i.to_string().repeat(10_000)).collect();
+        std::thread::scope(|scope| {
+            for text in &texts {
+                scope.spawn(|| (0..20).for_each(|_| write_file(&path, text.as_bytes()).unwrap()));
+            }
+        });
+        assert!(texts.contains(&fs::read_to_string(&path).unwrap()));
+        assert_eq!(names(folder.path()), ["a.json"]);
+    }
+
     #[cfg(unix)]
     #[test]
     fn links_are_not_followed() {
@@ -91,8 +108,8 @@ mod tests {
         assert!(write_file(&link, b"new").unwrap_err().to_string().contains("symbolic link"));
         // Nor one that waits under the name of the partial file.
         let path = folder.path().join("b.json");
-        std::os::unix::fs::symlink(&target, partial_of(&path).unwrap()).unwrap();
-        write_file(&path, b"new").unwrap();
+        std::os::unix::fs::symlink(&target, &path).unwrap();
+        write_new(&path, b"new").unwrap();
         assert_eq!(fs::read_to_string(&target).unwrap(), "old");
         assert_eq!(fs::read_to_string(&path).unwrap(), "new");
     }

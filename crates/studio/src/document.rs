@@ -42,14 +42,7 @@ impl Document {
     /// # Errors
     /// As [`Scene::load`].
     pub fn open(path: &Path, otherwise: impl FnOnce() -> Scene) -> Result<Self, StudioError> {
-        Self::of(if path.exists() { Scene::load(path)? } else { otherwise() }, path)
-    }
-
-    /// Makes a document of a scene, to be saved in this file.
-    ///
-    /// # Errors
-    /// As [`Scene::to_toml`].
-    pub(crate) fn of(scene: Scene, path: &Path) -> Result<Self, StudioError> {
+        let scene = if path.exists() { Scene::load(path)? } else { otherwise() };
         Ok(Self { text: scene.to_toml()?, scene, path: path.into(), done: Vec::new(), undone: Vec::new() })
     }
 
@@ -124,15 +117,6 @@ impl Document {
     /// [`StudioError::Io`] where the file cannot be written.
     pub fn save(&self) -> Result<(), StudioError> {
         lifelike_checkpoint::write_file(&self.path, self.text.as_bytes()).map_err(StudioError::io(&self.path))
-    }
-
-    /// Saves where the file has another scene or none; a file with the same scene keeps its comments.
-    ///
-    /// # Errors
-    /// As [`Self::save`].
-    pub(crate) fn save_changes(&self) -> Result<(), StudioError> {
-        let is_saved = Scene::load(&self.path).is_ok_and(|saved| saved == self.scene);
-        if is_saved { Ok(()) } else { self.save() }
     }
 }
 

@@ -19,7 +19,7 @@ use crate::document::Document;
 use crate::history::History;
 use crate::operation::Operation;
 use crate::performer::{Events, Force};
-use crate::request::{Job, Message, Request, Screen};
+use crate::request::{Job, Message, Request, Save, Screen};
 use crate::scene::Scene;
 use crate::similar::Alike;
 use crate::stage::{self, Stage};
@@ -48,7 +48,7 @@ pub struct Engine {
     document: Document,
     inbox: Receiver<Message>,
     builder: Sender<Job>,
-    saver: Sender<String>,
+    saver: Sender<Save>,
     outputs: Outputs,
     history: History,
     reference: Arc<ReferenceLibrary>,
@@ -92,9 +92,9 @@ impl Engine {
         let spawn = |name: &str| std::thread::Builder::new().name(name.into());
         let failed = |error: std::io::Error| StudioError::Server(error.to_string());
         spawn("builder").spawn(move || build(&jobs, &answers, workshop, &robot)).map_err(failed)?;
-        let (saver, texts) = channel();
+        let (saver, saves) = channel();
         let (answers, path) = (sender.clone(), document.path().to_path_buf());
-        spawn("saver").spawn(move || save(&path, &texts, &answers)).map_err(failed)?;
+        spawn("saver").spawn(move || save(&path, &saves, &answers)).map_err(failed)?;
         let mut engine = Self {
             saver,
             policy: document.scene().policy.clone(),
@@ -231,6 +231,10 @@ impl Engine {
             Message::Scene(answer) => {
                 let _ = answer.send(self.document.scene().clone());
             }
+            Message::Save(answer) => {
+                let waits = Some((answer, self.document.scene().clone()));
+                let _ = self.saver.send(Save { text: self.document.text().to_string(), waits });
+            }
             Message::Built(..) | Message::Saved(Ok(())) | Message::Close => {}
         }
     }
@@ -303,7 +307,7 @@ impl Engine {
 
     /// Saves a change of the document, and follows it.
     fn changed(&mut self, motion: bool) {
-        let _ = self.saver.send(self.document.text().to_string());
+        let _ = self.saver.send(Save { text: self.document.text().to_string(), waits: None });
         self.follow(motion);
     }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use lifelike_motion::MotionClip;
 use lifelike_robot::ReferenceLibrary;
 use serde::Deserialize;
-use tokio::sync::watch;
+use tokio::sync::{oneshot, watch};
 
 use crate::operation::Operation;
 use crate::scene::Scene;
@@ -53,6 +53,14 @@ pub enum Job {
     Similar(Box<MotionClip>, f64, Option<String>),
 }
 
+/// A scene to be saved.
+pub struct Save {
+    /// The scene as TOML.
+    pub text: String,
+    /// One who waits until it is saved, and the scene for them.
+    pub waits: Option<(oneshot::Sender<Result<Scene, String>>, Scene)>,
+}
+
 /// A message to the engine.
 pub enum Message {
     /// Of a viewer.
@@ -64,7 +72,9 @@ pub enum Message {
     /// The scene was saved, or not.
     Saved(Result<(), String>),
     /// Asks for the scene.
-    Scene(tokio::sync::oneshot::Sender<Scene>),
+    Scene(oneshot::Sender<Scene>),
+    /// Asks for the scene and for its file: the answer comes when the file has it, or cannot.
+    Save(oneshot::Sender<Result<Scene, String>>),
     /// Ends the thread.
     Close,
 }

@@ -196,11 +196,15 @@ async fn live(
     upgrade.on_upgrade(move |socket| socket::serve(socket, permission, shared.screen, shared.engine))
 }
 
-/// Asks the engine for the scene.
-async fn scene(engine: &Sender<Message>) -> Option<Scene> {
-    let (answer, scene) = oneshot::channel();
-    engine.send(Message::Scene(answer)).ok()?;
-    scene.await.ok()
+/// Asks the engine for the scene, saved or as it is. None: the engine ended.
+async fn ask<T>(engine: &Sender<Message>, question: fn(oneshot::Sender<T>) -> Message) -> Option<T> {
+    let (sender, answer) = oneshot::channel();
+    engine.send(question(sender)).ok()?;
+    answer.await.ok()
+}
+
+fn ended() -> Response {
+    (StatusCode::INTERNAL_SERVER_ERROR, "the engine ended").into_response()
 }
 
 async fn export(
@@ -211,9 +215,7 @@ async fn export(
     if shared.access.of(&word, &headers, false).is_none() {
         return refused();
     }
-    let Some(scene) = scene(&shared.engine).await else {
-        return (StatusCode::INTERNAL_SERVER_ERROR, "the engine ended").into_response();
-    };
+    let Some(scene) = ask(&shared.engine, Message::Scene).await else { return ended() };
     let (stage, name) = (Arc::clone(&shared.stage), stage::name_of(&shared.scene));
     let made = tokio::task::spawn_blocking(move || files::export(&stage, &scene, &name, &what)).await;
     match made {
@@ -232,15 +234,10 @@ async fn run(State(shared): State<Shared>, Path(word): Path<String>, headers: He
     if shared.access.of(&word, &headers, true) != Some(Permission::Edit) {
         return refused();
     }
-    let Some(scene) = scene(&shared.engine).await else {
-        return (StatusCode::INTERNAL_SERVER_ERROR, "the engine ended").into_response();
-    };
-    let (path, command) = (shared.scene, (shared.command)(&scene));
-    let saved = tokio::task::spawn_blocking(move || Document::of(scene, &path)?.save_changes()).await;
-    match saved {
-        Ok(Ok(())) => reply("text/plain; charset=utf-8", command),
-        Ok(Err(error)) => (StatusCode::INTERNAL_SERVER_ERROR, error.to_string()).into_response(),
-        Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, error.to_string()).into_response(),
+    match ask(&shared.engine, Message::Save).await {
+        Some(Ok(scene)) => reply("text/plain; charset=utf-8", (shared.command)(&scene)),
+        Some(Err(error)) => (StatusCode::INTERNAL_SERVER_ERROR, error).into_response(),
+        None => ended(),
     }
 }
 

@@ -6,7 +6,8 @@ use std::sync::mpsc::{Receiver, Sender};
 
 use lifelike_robot::ReferenceLibrary;
 
-use crate::request::{Job, Message};
+use crate::request::{Job, Message, Save};
+use crate::scene::Scene;
 use crate::similar::Similar;
 use crate::stage::Stage;
 use crate::workshop::Workshop;
@@ -40,18 +41,32 @@ pub fn build(jobs: &Receiver<Job>, answers: &Sender<Message>, mut workshop: Work
     }
 }
 
-/// Saves; of several texts that wait only the newest. Syncing a disk takes longer than a frame.
-pub fn save(path: &Path, texts: &Receiver<String>, answers: &Sender<Message>) {
-    while let Ok(mut text) = texts.recv() {
-        while let Ok(newer) = texts.try_recv() {
-            text = newer;
+/// Saves; of several scenes that wait only the newest. Syncing a disk takes longer than a frame.
+pub fn save(path: &Path, saves: &Receiver<Save>, answers: &Sender<Message>) {
+    while let Ok(mut newest) = saves.recv() {
+        let mut waiting = Vec::new();
+        for newer in saves.try_iter() {
+            waiting.extend(std::mem::replace(&mut newest, newer).waits);
         }
-        let saved = lifelike_checkpoint::write_file(path, text.as_bytes());
-        let saved = saved.map_err(|error| format!("{} is not saved: {error}", path.display()));
+        waiting.extend(newest.waits);
+        let saved = save_text(path, &newest.text);
+        for (answer, scene) in waiting {
+            let _ = answer.send(saved.clone().map(|()| scene));
+        }
         if answers.send(Message::Saved(saved)).is_err() {
             return;
         }
     }
+}
+
+/// Saves the text of a scene. A file that has this scene already keeps its comments.
+fn save_text(path: &Path, text: &str) -> Result<(), String> {
+    let same = |scene: Scene| Scene::load(path).is_ok_and(|saved| saved == scene);
+    if Scene::parse(text, "scene").is_ok_and(same) {
+        return Ok(());
+    }
+    lifelike_checkpoint::write_file(path, text.as_bytes())
+        .map_err(|error| format!("{} is not saved: {error}", path.display()))
 }
 
 /// Returns the first frame in which two references differ.
@@ -61,4 +76,33 @@ pub fn difference(a: &ReferenceLibrary, b: &ReferenceLibrary) -> usize {
     let roots = a.root_position.chunks(3).zip(b.root_position.chunks(3)).take_while(|(a, b)| a == b).count();
     let turns = a.root_orientation.chunks(4).zip(b.root_orientation.chunks(4)).take_while(|(a, b)| a == b).count();
     joints.min(roots).min(turns)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use std::sync::mpsc::channel;
+
+    use super::*;
+
+    #[test]
+    fn who_waits_for_a_scene_finds_it_in_the_file_and_a_file_keeps_its_comments() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.scene.toml");
+        let of = |seed: u64| Scene { seed, ..Scene::default() };
+        let text = |seed: u64| of(seed).to_toml().unwrap();
+        std::fs::write(&path, format!("# mine\n{}", text(1))).unwrap();
+        let saved = |seed: u64| {
+            let ((saver, saves), (answers, _told)) = (channel(), channel());
+            let (answer, mut told) = tokio::sync::oneshot::channel();
+            saver.send(Save { text: text(seed), waits: Some((answer, of(seed))) }).unwrap();
+            drop(saver);
+            save(&path, &saves, &answers);
+            told.try_recv().unwrap().unwrap().seed
+        };
+        assert_eq!(saved(1), 1);
+        assert!(std::fs::read_to_string(&path).unwrap().starts_with("# mine"));
+        assert_eq!(saved(2), 2);
+        assert_eq!(Scene::load(&path).unwrap().seed, 2);
+    }
 }
