@@ -244,7 +244,7 @@ fn of_action(tracks: &Tracks, verb: &Verb, action: &Action, meanwhile: Meanwhile
         let (way, least) = match mood {
             Mood::Sad | Mood::Tired => ("down", 6.0 * share),
             Mood::Angry | Mood::Afraid => ("down", 4.0 * share),
-            Mood::Proud | Mood::Happy => ("up", 3.0 * share),
+            Mood::Proud | Mood::Happy | Mood::Graceful => ("up", 3.0 * share),
         };
         let passed = if way == "down" { change >= least } else { change <= -least };
         let expected = format!("the {what} at least {least} degrees further {way}");

@@ -96,8 +96,10 @@ pub enum Mood {
     Happy,
     /// Slower and smaller, the head down.
     Tired,
-    /// Smaller, ducked.
+    /// Smaller, ducked, looking to both sides.
     Afraid,
+    /// Slower and larger, the arms a little aside.
+    Graceful,
 }
 
 /// Changes of a motion that show a mood.
@@ -113,6 +115,10 @@ pub struct Manner {
     pub chest: f64,
     /// Pitch of the head (degrees, down is positive).
     pub head: f64,
+    /// Arms that the action leaves free: raised ahead, aside and bent by so much (degrees).
+    pub arms: [f64; 3],
+    /// Yaw of a head that looks to both sides again and again (degrees).
+    pub glances: f64,
 }
 
 impl Mood {
@@ -125,21 +131,27 @@ impl Mood {
             Self::Happy => "happy",
             Self::Tired => "tired",
             Self::Afraid => "afraid",
+            Self::Graceful => "graceful",
         }
     }
 
     /// Returns the changes that show it.
     pub fn manner(self) -> Manner {
-        let manner = |speed, size, lift, chest, head| Manner { speed, size, lift, chest, head };
         match self {
-            Self::Sad => manner(0.82, 0.9, 0.85, 11.0, 18.0),
-            Self::Proud => manner(1.0, 1.15, 1.05, -5.0, -11.0),
-            Self::Angry => manner(1.35, 1.2, 1.05, 7.0, 10.0),
-            Self::Happy => manner(1.28, 1.3, 1.08, -4.0, -10.0),
-            Self::Tired => manner(0.68, 0.8, 0.85, 11.0, 18.0),
-            Self::Afraid => manner(0.88, 0.62, 0.72, 9.0, 13.0),
+            Self::Sad => manner([0.82, 0.9, 0.85], [11.0, 18.0], [8.0, -4.0, 0.0], 0.0),
+            Self::Proud => manner([1.0, 1.15, 1.05], [-6.0, -12.0], [-8.0, 20.0, 48.0], 0.0),
+            Self::Angry => manner([1.35, 1.2, 1.05], [7.0, 10.0], [4.0, 14.0, 60.0], 0.0),
+            Self::Happy => manner([1.28, 1.3, 1.08], [-4.0, -10.0], [10.0, 22.0, 55.0], 0.0),
+            Self::Tired => manner([0.68, 0.8, 0.85], [11.0, 18.0], [14.0, -4.0, -8.0], 0.0),
+            Self::Afraid => manner([0.88, 0.62, 0.72], [9.0, 13.0], [30.0, -6.0, 80.0], 28.0),
+            Self::Graceful => manner([0.75, 1.15, 1.05], [-3.0, -10.0], [4.0, 26.0, 18.0], 0.0),
         }
     }
+}
+
+/// Returns a manner of speed, size and lift, of the pitch of chest and head, of free arms, and of glances.
+fn manner([speed, size, lift]: [f64; 3], [chest, head]: [f64; 2], arms: [f64; 3], glances: f64) -> Manner {
+    Manner { speed, size, lift, chest, head, arms, glances }
 }
 
 /// Normal values of one action on one robot.

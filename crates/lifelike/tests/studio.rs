@@ -253,8 +253,9 @@ fn times_on_the_screen() {
     const PUSH: &str =
         "(async () => { const { scene, link } = studio; const take = scene.frame.bind(scene); let at = null;
         scene.frame = (packet) => { const head = take(packet); if (head.force > 0) at ??= scene.drawn; return head; };
+        while (scene.head.force > 0) await new Promise((next) => requestAnimationFrame(next));
         const began = performance.now();
-        link.send({ pull: { body: 'pelvis', newtons: [20, 0, 0] } });
+        scene.push('pelvis', [20, 0, 0]);
         do await new Promise((next) => requestAnimationFrame(next)); while (at === null || scene.drawn <= at);
         const { gl } = scene.stage;
         gl?.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));

@@ -15,6 +15,8 @@ const [MANY_LATE, LEAST_SCALE] = [0.12, 0.5];
 const JUMP = 10;
 // Time after which a picture that stays is drawn with every pixel (ms).
 const STILL = 300;
+// Longest time for which the picture waits for the answer of a push (ms).
+const ANSWER = 60;
 // Colour of a kept take.
 const KEPT = [0.36, 0.5, 0.93];
 // Handles: radius in heights of the robot, and pixels around the middle that take hold of it.
@@ -45,13 +47,16 @@ export class Scene {
     this.camera.attach(this.canvas, () => { this.dirty = true; });
     new ResizeObserver(() => { this.dirty = true; }).observe(this.canvas);
     this.scale = 1;
+    this.asked = -ANSWER;
     this.patience = 120;
     const tick = (now) => {
       if (this.due) this.move(performance.now());
-      if (this.dirty) {
+      // A picture without the push that was asked for would only delay the one with it.
+      const waits = this.stage.plain && performance.now() - this.asked < ANSWER;
+      if (this.dirty && !waits) {
         this.pace(now);
         this.draw();
-      } else {
+      } else if (!waits) {
         this.last = null;
         // What does not move is drawn with every pixel.
         if (!this.fine && now - this.before > STILL) this.draw(1);
@@ -82,6 +87,7 @@ export class Scene {
       const h = this.heat[this.robot.jointBodies[j]];
       if (share > h[3]) [h[0], h[1], h[2], h[3]] = [0.86, 0.16, 0.2, share];
     }
+    if (this.head.force > 0) this.asked = -ANSWER;
     this.feet = Array.from({ length: feet }, (_, f) => view.getUint8(errors + 2 * joints + f) / 50);
     // A take that is kept: its physics in the same frame.
     if (flags & 8) unpackPose(view, errors + 2 * joints + feet, this.to[2]);
@@ -350,6 +356,12 @@ export class Scene {
     this.pull.sent = performance.now();
     this.pull.newtons = newtons;
     this.dirty = true;
-    this.actions.pull(this.character.bodies[body], newtons);
+    this.push(this.character.bodies[body], newtons);
+  }
+
+  // Pushes a body (N), and shows nothing else until the answer is here.
+  push(body, newtons) {
+    if (!(this.head?.force > 0)) this.asked = performance.now();
+    this.actions.pull(body, newtons);
   }
 }

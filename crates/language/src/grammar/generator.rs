@@ -30,12 +30,16 @@ const LICENCE: &str = "MIT OR Apache-2.0";
 const FADE: f64 = 0.4;
 /// Radius of a curve (m, of the keyframed figure).
 const RADIUS: f64 = 1.3;
+/// Time for which a head that glances looks to one side (s).
+const GLANCE: f64 = 0.9;
 /// Radii that a curve may have (m, of the keyframed figure).
 const RADII: [f64; 2] = [0.45, 6.0];
 /// Gravity (m/s^2).
 pub(super) const GRAVITY: f64 = 9.81;
 /// Length of a step to the side (m, of the keyframed figure).
 const SIDE_STEP: f64 = 0.17;
+/// Factor of a step aside that stays the only one.
+const ONE_WIDE: f64 = 1.5;
 /// Depth of the pelvis in one giant step (m, of the keyframed figure).
 const DEEP: f64 = 0.12;
 
@@ -289,7 +293,10 @@ impl<'a> Generator<'a> {
             }
             Some(Synth::Sideways) => {
                 let size = if part.action.size.is_some() { part.gain * part.gain } else { 1.0 };
-                score.sideways(part.cycles, [0.0, SIDE_STEP * size]);
+                // One step alone is seen if it is wide.
+                let is_free = part.action.size.is_none() && part.action.metres.is_none();
+                let wide = if part.cycles == 1 && is_free { ONE_WIDE } else { 1.0 };
+                score.sideways(part.cycles, [0.0, SIDE_STEP * size * wide]);
             }
             Some(Synth::Diagonal) => score.sideways(part.cycles, [SIDE_STEP, SIDE_STEP]),
             None => {}
@@ -306,8 +313,15 @@ impl<'a> Generator<'a> {
             vary(&mut score, verb.cycle.as_ref(), rng);
         }
         if let Some(manner) = part.action.mood.map(Mood::manner) {
+            let free: Vec<&str> = ["left_arm", "right_arm"].into_iter().filter(|arm| score.hangs(arm)).collect();
             score.offset("chest", "pitch", manner.chest);
             score.offset("head", "pitch", manner.head);
+            for (axis, by) in ["raise", "aside", "elbow"].iter().zip(manner.arms) {
+                free.iter().for_each(|arm| score.offset(arm, axis, by));
+            }
+            if manner.glances > 0.0 && score.leaves("head", "yaw") {
+                score.glance(manner.glances, GLANCE);
+            }
             if verb.touches.is_none() && matches!(verb.acts, Acts::Hand | Acts::Hands) {
                 ["left_arm", "right_arm"].iter().for_each(|arm| score.lift_part(arm, manner.lift));
             }

@@ -10,7 +10,7 @@ use super::generator::Generator;
 use super::table::{Acts, Show, Synth, Tempo, Verb};
 use crate::checks::{Fact, Finding, SIMULATED, SignalName, Tracks, check, measure};
 use crate::error::LanguageError;
-use crate::facts::{Action, Direction, Facts, Manner, Mood, Side, Size, Speed};
+use crate::facts::{Action, Direction, Facts, Mood, Side, Size, Speed};
 use crate::script::Clause;
 
 /// Cross-fade between two clauses (s).
@@ -464,19 +464,20 @@ impl Generator<'_> {
             Some(Synth::Curve) => action.degrees.map_or_else(|| rng.random_range(60.0..100.0), f64::from),
             _ => 0.0,
         };
-        let manner =
-            action.mood.map_or(Manner { speed: 1.0, size: 1.0, lift: 1.0, chest: 0.0, head: 0.0 }, Mood::manner);
+        let [as_fast, as_large] = action.mood.map(Mood::manner).map_or([1.0; 2], |manner| [manner.speed, manner.size]);
         let speed = match action.speed {
             Some(Speed::Slow) => rng.random_range(0.62..0.74) / emphasis,
             Some(Speed::Fast) => rng.random_range(1.35..1.5) * emphasis,
-            None => manner.speed * rng.random_range(0.9..1.1),
+            None => as_fast * rng.random_range(0.9..1.1),
         };
         let gain = match action.size {
+            // Feet that hardly move shuffle in physics.
+            Some(Size::Small) if verb.acts == Acts::Feet => rng.random_range(0.64..0.74) / emphasis,
             Some(Size::Small) => rng.random_range(0.5..0.65) / emphasis,
             Some(Size::Big) => rng.random_range(1.32..1.45) * emphasis,
             // Steps of fear are still steps.
-            None if verb.acts == Acts::Feet => manner.size.max(SHORTEST) * rng.random_range(0.9..1.1),
-            None => manner.size * rng.random_range(0.9..1.1),
+            None if verb.acts == Acts::Feet => as_large.max(SHORTEST) * rng.random_range(0.9..1.1),
+            None => as_large * rng.random_range(0.9..1.1),
         };
         let part = PartDraw { verb: number, mirrored, cycles, degrees, speed, gain, action: action.clone() };
         match action.degrees.filter(|_| verb.bends) {

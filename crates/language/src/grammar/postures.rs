@@ -44,7 +44,7 @@ const LOWERED: f64 = 0.3;
 /// Height of a step on the ground (m, of the keyframed figure).
 const STEP: f64 = 0.09;
 /// Factor of the time of what is done slowly.
-const SLOW: f64 = 1.7;
+const SLOW: f64 = 2.4;
 /// Largest error of an arm's angle (degrees).
 const ANGLE: f64 = 20.0;
 /// Elbow from which an arm's angle is not measured at its hand (degrees).

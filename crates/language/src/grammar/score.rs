@@ -10,6 +10,8 @@ use crate::error::LanguageError;
 /// Half of the distance between the feet of the keyframed figure (m).
 const HALF_STANCE: f64 = 0.09;
 
+/// Largest angle of an arm that hangs (degrees).
+const HANGS: f64 = 32.0;
 /// Angle from which an arm is lifted (degrees).
 const LIFTED: f64 = 40.0;
 
@@ -377,6 +379,29 @@ impl Score {
             }
         }
         keys.sort_by(|a, b| a.0.total_cmp(&b.0));
+    }
+
+    /// Returns whether nothing moves a channel.
+    pub fn leaves(&self, part: &str, axis: &str) -> bool {
+        !self.keys.contains_key(&(part.to_string(), axis.to_string()))
+    }
+
+    /// Returns whether an arm hangs, or moves no farther than for balance.
+    pub fn hangs(&self, arm: &str) -> bool {
+        let keys = self.keys.iter().filter(|((part, _), _)| part == arm);
+        let far = |axis: &str, value: f64| (value - standing(axis)).abs() > HANGS;
+        keys.into_iter().all(|((_, axis), keys)| keys.iter().all(|key| !far(axis, key.1)))
+    }
+
+    /// Turns the head to one side and the other (degrees), again and again, each for so long (s).
+    pub fn glance(&mut self, degrees: f64, each: f64) {
+        let times = ((self.seconds - 1.0) / each).floor().max(1.0) as u32;
+        self.key("head", "yaw", 0.3, 0.0);
+        for number in 0..times {
+            let side = if number.is_multiple_of(2) { degrees } else { -degrees };
+            self.key("head", "yaw", 0.3 + each * (f64::from(number) + 0.5), side);
+        }
+        self.key("head", "yaw", self.seconds - 0.1, 0.0);
     }
 
     /// Shifts everything after `time` by `by` seconds.

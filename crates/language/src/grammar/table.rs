@@ -308,7 +308,7 @@ impl Grammar {
                 return bad("expected the `side` of what acts");
             }
         }
-        for class in ["slow", "fast", "big", "small", "sad", "proud", "angry", "happy", "tired", "afraid"] {
+        for class in ["slow", "fast", "big", "small", "sad", "proud", "angry", "happy", "tired", "afraid", "graceful"] {
             for words in [&grammar.adverbs, &grammar.new_adverbs] {
                 if words.get(class).is_none_or(Vec::is_empty) {
                     return Err(LanguageError::Grammar(format!("expected adverbs for '{class}', got none")));

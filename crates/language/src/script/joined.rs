@@ -189,7 +189,7 @@ impl Reader<'_> {
 
     /// Returns two actions that other limbs do, the upper one first; nothing where they need the same limb. Of two
     /// gestures, one whose side is free is done with the other hand.
-    fn at_once(&self, before: &[Action], action: &Action, free: [bool; 2]) -> Option<Vec<Action>> {
+    pub(super) fn at_once(&self, before: &[Action], action: &Action, free: [bool; 2]) -> Option<Vec<Action>> {
         let [one] = before else { return None };
         let verbs = [one, action].map(|a| self.grammar.verb(&a.verb).ok());
         let [Some(a), Some(b)] = verbs else { return None };

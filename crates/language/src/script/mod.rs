@@ -5,9 +5,11 @@
 //! grammar and of `lexicon.toml` ([`phrases`]); sides, numbers and adverbs are read by rule ([`said`]). Words that mean
 //! nothing to it are kept and reported.
 
+mod again;
 mod beside;
 mod edited;
 mod joined;
+mod kept;
 mod learned;
 mod limbs;
 mod manners;

@@ -3,7 +3,22 @@
 use super::said::number;
 
 /// Phrases and plainer ones; an empty one says nothing.
-const PLAIN: [(&str, &str); 57] = [
+const PLAIN: [(&str, &str); 72] = [
+    ("do a high kick", "kick high"),
+    ("a high kick", "kick high"),
+    ("one high kick", "kick high once"),
+    (", as high as you can", "high"),
+    (", as high as u can", "high"),
+    ("on your lower back", "behind your back"),
+    ("on the lower back", "behind the back"),
+    ("as hard as you can", "powerfully"),
+    ("as hard as u can", "powerfully"),
+    ("with your head down", "sadly"),
+    ("with the head down", "sadly"),
+    ("as far as u can", "far"),
+    ("as high as u can", "high"),
+    ("half way", "halfway"),
+    ("palms down", ""),
     ("as high as you can", "high"),
     ("as high as possible", "high"),
     ("next to the ear", ""),

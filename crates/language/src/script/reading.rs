@@ -11,7 +11,7 @@ use super::reader::{Before, MOST_WITHIN, Piece, Reader};
 use super::said::said;
 use super::situations::Reaction;
 use super::spelling::spelt;
-use super::split::normal;
+use super::split::{Join, normal, pieces};
 use super::{Clause, Impossible, Script};
 use crate::grammar::Acts;
 
@@ -62,7 +62,7 @@ impl Reader<'_> {
         match way {
             Reading::Rules => self.read_within(text, MOST_WITHIN),
             Reading::Network => self.read_by_network(text).script,
-            Reading::Both => self.once(self.read_by_both(text)),
+            Reading::Both => self.once(self.with_held_leans(self.with_kept_hands(self.read_by_both(text)))),
         }
     }
 
@@ -191,9 +191,13 @@ impl Reader<'_> {
             && has_mood(&rules)
             && !words.iter().any(|word| self.phrases.base(word) == "walk")
             && verbs(&network).iter().any(|verb| GAITS_OF_MOODS.contains(verb) && !verbs(&rules).contains(verb));
-        // The network cannot name a verb that is newer than it.
-        let has_newer = knows_most && verbs(&rules).iter().any(|verb| self.is_newer(verb));
-        if is_same || loses || knows_less || has_newer || is_manner || certainty < least { rules } else { network }
+        // The network cannot name what is newer than it.
+        let has_newer = knows_most && (verbs(&rules).iter().any(|verb| self.is_newer(verb)) || self.says_newer(text));
+        // A piece of which a phrase says every word is no story around.
+        let is_less = network.impossible.is_empty() && is_part(&verbs(&network), &verbs(&rules));
+        let drops = !is_open(&rules) && is_less && self.drops(&words, &network);
+        let lacks = loses || knows_less || drops;
+        if is_same || lacks || has_newer || is_manner || certainty < least { rules } else { network }
     }
 
     /// Reads the parts of a sentence that has described postures.
@@ -210,15 +214,38 @@ impl Reader<'_> {
         script
     }
 
-    /// Returns whether a phrase is of a verb that is newer than the network.
+    /// Returns whether a phrase is of a verb or compound that is newer than the network.
     fn is_of_newer(&self, fit: &Fit) -> bool {
-        matches!(fit.meaning, Meaning::Verb(number) if !self.learned.knows(number))
+        !matches!(fit.meaning, Meaning::Instead(_)) && !self.learned.knows(fit.meaning)
+    }
+
+    /// Returns whether a script lacks the verb of a sentence's part that a phrase explains as a whole.
+    fn drops(&self, words: &[String], script: &Script) -> bool {
+        let verbs = verbs(script);
+        let is_lost = |fit: Fit| match fit.meaning {
+            Meaning::Verb(number) => !verbs.contains(&self.grammar().verbs[number].name.as_str()),
+            _ => false,
+        };
+        let parts = pieces(words);
+        let phrase = |(join, part): &(Join, Vec<String>)| {
+            let rest: Vec<String> = part.iter().filter(|word| !self.phrases.filler.contains(*word)).cloned().collect();
+            let is_said = |fit: &Fit| fit.has_verb && part.len() > 1 || *join == Join::Then;
+            self.fit(part).filter(|fit| is_said(fit) && !rest.is_empty() && self.explains(fit, &rest))
+        };
+        let lost = parts.iter().skip(1).filter(|part| phrase(part).is_some_and(is_lost)).count();
+        verbs.len() < parts.len() && lost > 0 && script.clauses.len() + lost <= parts.len()
     }
 
     /// Returns whether a verb is newer than the network.
     fn is_newer(&self, verb: &str) -> bool {
         let number = self.grammar().verbs.iter().position(|known| known.name == verb);
-        number.is_some_and(|number| !self.learned.knows(number))
+        number.is_some_and(|number| !self.learned.knows(Meaning::Verb(number)))
+    }
+
+    /// Returns whether a part of a sentence is of a verb or compound that is newer than the network.
+    fn says_newer(&self, text: &str) -> bool {
+        let fits = pieces(&normal(text)).into_iter().filter_map(|(_, words)| self.fit(&words));
+        fits.filter(|fit| fit.has_verb).any(|fit| self.is_of_newer(&fit))
     }
 
     /// Returns the reaction to a situation that a sentence tells.
@@ -282,14 +309,16 @@ impl Reader<'_> {
 
     /// Returns the verb or compound of which a phrase explains all words.
     fn whole(&self, words: &[String]) -> Option<Fit> {
-        const NOTHING: [&str; 11] = ["a", "an", "the", "your", "you", "please", "his", "her", "their", "times", "time"];
-        let explains = |fit: &Fit| {
-            let is_said = |word: &String| fit.explained.contains(&self.phrases.base(word));
-            let is_number = |word: &String| word.parse::<f64>().is_ok();
-            words.iter().all(|word| is_said(word) || is_number(word) || NOTHING.contains(&word.as_str()))
-        };
         let is_action = |fit: &Fit| !matches!(fit.meaning, Meaning::Instead(_)) && fit.has_verb;
-        self.fit(words).filter(|fit| is_action(fit) && explains(fit))
+        self.fit(words).filter(|fit| is_action(fit) && self.explains(fit, words))
+    }
+
+    /// Returns whether a phrase explains all words.
+    fn explains(&self, fit: &Fit, words: &[String]) -> bool {
+        const NOTHING: [&str; 11] = ["a", "an", "the", "your", "you", "please", "his", "her", "their", "times", "time"];
+        let is_said = |word: &String| fit.explained.contains(&self.phrases.base(word));
+        let is_number = |word: &String| word.parse::<f64>().is_ok();
+        words.iter().all(|word| is_said(word) || is_number(word) || NOTHING.contains(&word.as_str()))
     }
 
     /// Returns the likeliest action for a text that was not understood, and its probability.

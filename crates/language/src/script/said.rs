@@ -186,6 +186,12 @@ pub(super) fn said(words: &[String]) -> Said {
         out.size.get_or_insert(Size::Big);
         out.used.extend(["low", "lower", "real"].map(String::from));
     }
+    // "A high kick", "kick low".
+    if has_word(&["kick", "kicks", "kicking"]) && has_word(&["high", "higher", "low", "lower"]) {
+        let is_high = has_word(&["high", "higher"]);
+        out.size.get_or_insert(if is_high { Size::Big } else { Size::Small });
+        out.used.extend(["high", "higher", "low", "lower"].map(String::from));
+    }
     let turns_back = words.windows(3).any(|three| three[0].starts_with("turn") && three[2] == "back");
     if turns_back {
         out.degrees.get_or_insert(180);
@@ -273,7 +279,7 @@ fn adverb(out: &mut Said, word: &str) -> bool {
         }
         "unsure" | "uncertain" | "uncertainly" | "hesitant" | "hesitantly" | "hesitating" | "doubtfully"
         | "doubtful" | "indecisive" | "unconvinced" => out.speed = out.speed.or(Some(Speed::Slow)),
-        "gusto" | "vigorously" | "heartily" | "forcefully" | "powerfully" | "vigorous" => {
+        "gusto" | "vigorously" | "heartily" | "forcefully" | "powerfully" | "vigorous" | "hard" | "harder" => {
             out.speed = out.speed.or(Some(Speed::Fast));
         }
         _ => {}
@@ -283,7 +289,7 @@ fn adverb(out: &mut Said, word: &str) -> bool {
         | "lazily" | "amble" | "ambles" | "ambling" | "saunter" | "saunters" | "sauntering" | "stroll" | "strolls"
         | "strolling" | "dawdle" | "dawdles" | "dawdling" | "mosey" | "gingerly" | "patiently" | "serenely"
         | "carefully" | "careful" | "solemnly" | "solemnity" | "solemn" | "ceremoniously" | "reverently"
-        | "elegantly" | "gracefully" | "respectfully" | "smoothly" | "relaxed" | "casually" | "thoughtfully" => {
+        | "respectfully" | "smoothly" | "relaxed" | "casually" | "thoughtfully" | "chill" | "struggling" => {
             out.speed = Some(Speed::Slow);
         }
         "quickly" | "fast" | "rapidly" | "briskly" | "hastily" | "swiftly" | "quick" | "hurriedly" | "speedily"
@@ -294,9 +300,8 @@ fn adverb(out: &mut Said, word: &str) -> bool {
         "widely" | "wide" | "wider" | "large" | "larger" | "big" | "bigger" | "huge" | "giant" | "gigantic"
         | "enormous" | "massive" | "vigorous" | "exaggerated" | "broadly" | "deeply" | "deep" | "far"
         | "expansively" | "hugely" | "vigorously" | "generously" | "dramatically" | "gusto" | "sarcastically"
-        | "sarcastic" | "ironically" | "mockingly" | "heartily" | "forcefully" | "theatrically" | "powerfully" => {
-            out.size = Some(Size::Big)
-        }
+        | "sarcastic" | "ironically" | "mockingly" | "heartily" | "forcefully" | "theatrically" | "powerfully"
+        | "hard" | "harder" => out.size = Some(Size::Big),
         "slightly" | "gently" | "gentle" | "tenderly" | "softly" | "lightly" | "delicately" | "smaller" | "shorter"
         | "faintly" | "coldly" | "stiffly" | "discreetly" | "small" | "tiny" | "barely" | "subtly" | "little"
         | "modestly" | "short" | "subtle" => {
@@ -326,6 +331,9 @@ fn adverb(out: &mut Said, word: &str) -> bool {
         | "drowsily" | "fatigued" | "listlessly" | "halfheartedly" | "halfhearted" | "reluctantly" | "bored"
         | "unenthusiastically" | "limply" | "lethargically" | "exhaustion" | "apathetically" | "grudgingly" => {
             out.mood = Some(Mood::Tired)
+        }
+        "elegantly" | "elegant" | "elegance" | "gracefully" | "graceful" | "grace" | "fluidly" | "daintily" => {
+            out.mood = Some(Mood::Graceful);
         }
         "unsure" | "uncertain" | "uncertainly" | "hesitant" | "hesitating" | "doubtfully" | "doubtful"
         | "indecisive" | "unconvinced" | "guiltily" | "guilty" | "embarrassedly" | "submissively" | "meekly"

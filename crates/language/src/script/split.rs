@@ -1,5 +1,6 @@
 //! Text to pieces: normal form, and what joins the pieces.
 
+use super::again::{done_again, elbow_to_knee, steps_apart};
 use super::manners::with_manners;
 use super::numbers::{with_digits, with_plain_numbers, with_units};
 use super::plain::plainly;
@@ -31,6 +32,15 @@ impl Join {
         }
     }
 }
+
+/// Returns whether a word is among others.
+fn says(words: &[String], word: &str) -> bool {
+    words.iter().any(|other| other == word)
+}
+
+/// Limbs, in the singular.
+const LIMBS: [&str; 14] =
+    ["hand", "arm", "leg", "foot", "feet", "knee", "elbow", "palm", "heel", "toe", "finger", "fist", "them", "it"];
 
 /// Words that join, as they are in normal text; longer ones first.
 const JOINS: [(&str, Join); 63] = [
@@ -150,7 +160,8 @@ pub(super) fn normal(text: &str) -> Vec<String> {
         }
     }
     let words: Vec<String> = words.into_iter().skip_while(|word| word == "|" || word == ",").collect();
-    plainly(with_units(with_digits(without_frame(&words))))
+    let words = plainly(with_units(with_digits(without_frame(&words))));
+    done_again(steps_apart(elbow_to_knee(words)))
 }
 
 /// Returns text with the numbers of a list as full stops: "1. squat 2) jump". A list has a first and a second item.
@@ -338,6 +349,38 @@ fn merged(all: Vec<(Join, Vec<String>)>) -> Vec<(Join, Vec<String>)> {
             pending = None;
         }
     }
+    // "Left arm up, right leg out, together".
+    let is_together = |(join, words): &(Join, Vec<String>)| {
+        *join == Join::Comma
+            && matches!(
+                words.iter().map(String::as_str).collect::<Vec<_>>()[..],
+                ["together"] | ["all" | "both", "together"]
+            )
+    };
+    if out.len() > 2 && out.last().is_some_and(is_together) {
+        out.pop();
+        pending = Some(Join::While);
+    }
+    // "Jump and clap together"; "wave with one hand and scratch your head with the other".
+    let is_limb = |word: &String| LIMBS.contains(&word.trim_end_matches('s'));
+    if let [.., (_, before), (Join::And, words)] = &mut out[..]
+        && words.len() > 1
+        && words.last().is_some_and(|word| word == "together")
+        && !words.iter().any(is_limb)
+        && !before.is_empty()
+    {
+        words.pop();
+        pending = Some(Join::While);
+    }
+    if let [.., (_, before), (Join::With, one), (Join::And, words), (Join::With, other)] = &out[..]
+        && !before.is_empty()
+        && words.len() > 1
+        && [one, other].iter().all(|limbs| limbs.iter().any(is_limb))
+        && (says(one, "left") && says(other, "right") || says(one, "right") && says(other, "left"))
+    {
+        let at = out.len() - 2;
+        out[at].0 = Join::While;
+    }
     // "Nod and clap at the same time": what ends with it is at once.
     if let (Some(Join::While), Some((join @ (Join::And | Join::Comma), _))) = (pending, out.last_mut()) {
         *join = Join::While;
@@ -367,6 +410,10 @@ mod tests {
         assert_eq!(of("Before you wave, take a bow"), expected.map(|(j, t)| (j, t.to_string())));
         let expected = [(Join::Then, "pat your head"), (Join::While, "rub it")];
         assert_eq!(of("pat your head and rub it at the same time"), expected.map(|(j, t)| (j, t.to_string())));
+        let expected = [(Join::Then, "left arm up"), (Join::While, "right leg out")];
+        assert_eq!(of("left arm up, right leg out, together"), expected.map(|(j, t)| (j, t.to_string())));
+        let expected = [(Join::Then, "jump"), (Join::While, "clap")];
+        assert_eq!(of("jump and clap together"), expected.map(|(j, t)| (j, t.to_string())));
         let expected = [(Join::Then, "walking"), (Join::While, "nod")];
         assert_eq!(of("while walking, nod"), expected.map(|(j, t)| (j, t.to_string())));
     }

@@ -66,9 +66,9 @@ impl Learned {
         Ok(Self { network, packed: OnceLock::new(), meanings: network.labels.iter().map(taken).collect() })
     }
 
-    /// Returns whether the network was trained on a verb, given by its number in the grammar.
-    pub fn knows(&self, verb: usize) -> bool {
-        self.meanings.contains(&Some(Taken::For(Meaning::Verb(verb))))
+    /// Returns whether the network was trained on a meaning.
+    pub fn knows(&self, meaning: Meaning) -> bool {
+        self.meanings.contains(&Some(Taken::For(meaning)))
     }
 
     /// Returns the actions that a sentence asks for, in the order in which they are done.

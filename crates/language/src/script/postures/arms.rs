@@ -2,12 +2,14 @@
 
 use super::{ARMS, Context, ELBOWS, FOREARMS, Words, side_of};
 use crate::facts::Side;
-use crate::posture::{Arm, Posture};
+use crate::posture::{Arm, Posture, Turn};
 use crate::touch::Touch;
 
 /// Angles of an arm that is lifted, and level (degrees).
 const UP: f64 = 162.0;
 const LEVEL: f64 = 90.0;
+/// Lean of the trunk with which hands reach a knee (degrees).
+const STOOP: f64 = 38.0;
 
 /// Reads arms. Returns whether no verb's phrase says as much.
 pub(super) fn arms(piece: &Words<'_>, context: &mut Context, posture: &mut Posture) -> Option<bool> {
@@ -23,6 +25,9 @@ pub(super) fn arms(piece: &Words<'_>, context: &mut Context, posture: &mut Postu
     let side = side.or(names.then_some(Side::Right))?;
     let (arm, touch, detail) = arm(piece, context, side)?;
     context.arms = Some(side);
+    if touch == Some(Touch::Knee) {
+        (posture.trunk, posture.sink) = (Some(Turn { pitch: STOOP, ..Turn::default() }), Some(0.1));
+    }
     for own in posture.arm(side).into_iter().flatten() {
         *own = Some(arm);
     }
@@ -38,6 +43,32 @@ const CROSSED: [Arm; 2] = [
     Arm { raise: 29.0, aside: -19.0, turn: 58.0, elbow: 71.0 },
     Arm { raise: 54.0, aside: -19.0, turn: 53.0, elbow: 65.0 },
 ];
+
+/// An arm whose hand is in front of the chest, and one with the elbow out besides.
+const BEFORE_CHEST: Arm = Arm { raise: 38.0, aside: -4.0, turn: 38.0, elbow: 105.0 };
+const FLARED: Arm = Arm { raise: 12.0, aside: 70.0, turn: 0.0, elbow: 125.0 };
+
+/// Puts elbows out whose hands are in front of the chest: "elbows out, hands in front of the chest". Returns whether one
+/// of two postures says the one, and the other the other.
+pub(super) fn flare(posture: &mut Posture, next: &Posture) -> bool {
+    let sides = [(posture.left_arm, next.left_arm), (posture.right_arm, next.right_arm)];
+    let is_out = |arm: Arm| arm.aside > 60.0 && arm.elbow > 60.0;
+    let are_both = |(a, b): (Option<Arm>, Option<Arm>)| match (a, b) {
+        (Some(a), Some(b)) => a == BEFORE_CHEST && is_out(b) || is_out(a) && b == BEFORE_CHEST,
+        _ => false,
+    };
+    let flares = sides.map(are_both);
+    for (arm, flares) in [&mut posture.left_arm, &mut posture.right_arm].into_iter().zip(flares) {
+        if flares {
+            *arm = Some(FLARED);
+        }
+    }
+    let is_flared = flares.contains(&true);
+    if is_flared {
+        posture.touches = next.touches.or(posture.touches);
+    }
+    is_flared
+}
 
 /// Returns whether both arms were moved before.
 fn both_moved(before: &Posture) -> bool {
@@ -62,7 +93,7 @@ fn place(raise: f64, aside: f64, turn: f64, elbow: f64) -> Arm {
 
 /// Reads an arm whose hand is at a part of the body.
 fn at_a_place(piece: &Words<'_>, side: Side) -> Option<Placed> {
-    let on = piece.has(&["on", "to", "against"]);
+    let on = piece.has(&["on", "to", "against", "touch"]);
     let both = side == Side::Both;
     let is_level = piece.has(&["height", "level", "high"]) && piece.said.level.is_some();
     let crosses = piece.has(&["cross", "crossed", "fold", "folded"]) && !piece.has_row(&["the", "cross"]);
@@ -78,6 +109,17 @@ fn at_a_place(piece: &Words<'_>, side: Side) -> Option<Placed> {
     if piece.has(&["behind"]) && piece.has(&["head"]) {
         return Some((place(160.0, 40.0, 60.0, 104.0), Some(Touch::Nape), false));
     }
+    let is_of_other = piece.said.sides[1].is_some_and(|knee| knee != side);
+    if on && piece.has(&["knee", "knees", "thigh", "thighs"]) && !is_of_other {
+        return Some((place(62.0, 4.0, 0.0, 15.0), Some(Touch::Knee), !both));
+    }
+    if piece.has(&["ear", "ears"]) && !piece.has(&["over", "above", "straight"]) {
+        return Some((place(95.0, 40.0, 30.0, 135.0), Some(Touch::Ear), true));
+    }
+    let is_low = piece.has_row(&["lower", "back"]) || on && piece.has(&["back"]) && !piece.has(&["bring", "put"]);
+    if is_low && !piece.has(&["head"]) {
+        return Some((place(-60.0, 6.0, 49.0, 81.0), Some(Touch::Back), false));
+    }
     if piece.has_row(&["behind", "your", "back"]) || piece.has_row(&["behind", "the", "back"]) {
         return Some((place(-60.0, 6.0, 49.0, 81.0), Some(Touch::Back), false));
     }
@@ -92,7 +134,7 @@ fn at_a_place(piece: &Words<'_>, side: Side) -> Option<Placed> {
         let crosses = crosses || is_far || piece.said.sides[2].is_some_and(|other| other != side);
         return match crosses && !both {
             true => Some((place(62.0, -24.0, 40.0, 95.0), Some(Touch::Shoulder), false)),
-            false => Some((place(20.0, 62.0, -20.0, 129.0), Some(Touch::OwnShoulder), false)),
+            false => Some((place(20.0, 62.0, -20.0, 129.0), Some(Touch::OwnShoulder), !both)),
         };
     }
     if piece.has(&["chest"]) && piece.has(&["bend", "bent"]) && piece.has(&["front"]) {
@@ -101,6 +143,11 @@ fn at_a_place(piece: &Words<'_>, side: Side) -> Option<Placed> {
     // "The right arm, the left arm, then both together".
     if piece.has(&["together"]) && both && !piece.names_limb() && !piece.has(&["them"]) {
         return Some((place(UP, 8.0, 0.0, 6.0), None, false));
+    }
+    // "Hands in front of the chest": with elbows that point down, or out.
+    if piece.has_row(&["of", "your", "chest"]) || piece.has_row(&["of", "the", "chest"]) {
+        let touch = (both && piece.has(&["together"])).then_some(Touch::Hands);
+        return Some((BEFORE_CHEST, touch, true));
     }
     if piece.has(&["together"]) && both {
         return match piece.has(&["overhead", "above", "over", "up"]) {
@@ -150,6 +197,7 @@ fn in_a_direction(piece: &Words<'_>, context: &Context, side: Side) -> Option<Pl
         return Some((arm, None, false));
     }
     let found = match (ahead, aside, behind, up) {
+        (_, _, _, true) if piece.has(&["diagonally", "diagonal"]) => place(0.0, 135.0, 0.0, bent),
         (_, true, _, true) => place(0.0, lifted.unwrap_or(135.0), 0.0, bent),
         (true, ..) => place(lifted.unwrap_or(LEVEL), 3.0, 0.0, bent),
         (_, true, ..) => place(0.0, lifted.unwrap_or(LEVEL + 3.0), 0.0, bent),
@@ -159,6 +207,8 @@ fn in_a_direction(piece: &Words<'_>, context: &Context, side: Side) -> Option<Pl
             place(lifted.unwrap_or(LEVEL), 3.0, 0.0, bent)
         }
         _ if is_lifted => place(UP, 8.0, 0.0, bent),
+        // "Arms bent": where they are.
+        _ if piece.has(&["bend", "bent"]) => Arm { elbow: 90.0, ..before.unwrap_or(Arm::HANGING) },
         _ => return None,
     };
     Some((found, None, piece.has(&["bent"])))
@@ -188,6 +238,9 @@ fn forearm(piece: &Words<'_>, before: Arm, up: bool, aside: bool, ahead: bool) -
         () if up && is_bent && before.raise < 45.0 => Arm { raise: 12.0, aside: 10.0, turn: 0.0, elbow: 140.0 },
         () if up => Arm { raise: 84.0, aside: 10.0, turn: 0.0, elbow: elbow.max(85.0) },
         () if aside && !ahead => Arm { raise: 0.0, aside: 88.0, turn: before.turn, elbow },
+        () if piece.has(&["back", "behind", "backward", "backwards"]) => {
+            Arm { raise: -35.0, aside: 12.0, turn: 0.0, elbow }
+        }
         () if is_bent || is_straight || ahead => Arm { elbow, ..before },
         () => return None,
     };

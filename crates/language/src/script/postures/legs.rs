@@ -2,12 +2,14 @@
 
 use super::{Context, LEGS, Words, side_of};
 use crate::facts::{Side, Size};
-use crate::posture::{Foot, Posture};
+use crate::posture::{Foot, Posture, Turn};
 
 /// Depths of the pelvis (m, of the keyframed figure): knees that bend, a little, and over feet far apart.
 const DEEP: f64 = 0.13;
 const SHALLOW: f64 = 0.06;
 const FAR: f64 = 0.09;
+/// Lean of the trunk over a leg that carries (degrees).
+const OVER: f64 = 8.0;
 
 /// Reads legs. Returns whether no verb's phrase says as much.
 pub(super) fn legs(piece: &Words<'_>, context: &mut Context, posture: &mut Posture) -> Option<bool> {
@@ -20,6 +22,13 @@ pub(super) fn legs(piece: &Words<'_>, context: &mut Context, posture: &mut Postu
         let deep =
             if piece.said.size == Some(Size::Small) || piece.has(&["slightly", "little"]) { SHALLOW } else { DEEP };
         posture.sink = Some(deep);
+        return Some(true);
+    }
+    // "Put your weight on the left leg": over it.
+    if piece.has(&["weight"]) {
+        let side = side_of(piece, false, context.legs)?;
+        posture.trunk = Some(Turn { roll: if side == Side::Left { -OVER } else { OVER }, ..Turn::default() });
+        context.legs = Some(side.mirrored());
         return Some(true);
     }
     let lowers = piece.has(&["lower", "drop"]) && piece.has(&["hip", "hips"]);
@@ -87,7 +96,7 @@ fn foot(piece: &Words<'_>, side: Side, last_verb: &str) -> Option<(Foot, bool)> 
             "air",
             "stick",
         ]);
-    let steps = piece.has(&["move", "put", "place", "set", "bring"])
+    let steps = piece.has(&["move", "put", "place", "set", "bring", "slide"])
         && (ahead || behind || aside)
         && !piece.has(&["up", "air"]);
     let lift = |to: [f64; 2], height: f64| Some((Foot { to, height }, false));
@@ -112,7 +121,7 @@ fn foot(piece: &Words<'_>, side: Side, last_verb: &str) -> Option<(Foot, bool)> 
             Some(level) if level <= 75 => lift([0.06, 0.01 * out], 0.38),
             _ => lift([0.06, 0.01 * out], 0.34),
         },
-        () if piece.has(&["heel"]) => lift([-0.2, 0.01 * out], 0.24),
+        () if piece.has(&["heel"]) => Some((Foot { to: [-0.2, 0.01 * out], height: 0.24 }, true)),
         () if behind => lift([-0.28, 0.01 * out], 0.17),
         () if aside => lift([0.0, 0.24 * out], 0.14),
         () if ahead => lift([0.3, 0.0], 0.14),

@@ -7,7 +7,7 @@ mod arms;
 mod legs;
 mod trunk;
 
-use arms::arms;
+use arms::{arms, flare};
 use legs::legs;
 use trunk::{head, trunk};
 
@@ -31,7 +31,11 @@ const ELBOWS: [&str; 2] = ["elbow", "elbows"];
 const FOREARMS: [&str; 2] = ["forearm", "forearms"];
 const LEGS: [&str; 9] = ["leg", "legs", "foot", "feet", "knee", "knees", "thigh", "thighs", "heel"];
 const TRUNK: [&str; 5] = ["trunk", "torso", "body", "waist", "chest"];
-const MOVES: [&str; 34] = [
+const MOVES: [&str; 38] = [
+    "slide",
+    "pull",
+    "touch",
+    "get",
     "sink",
     "dangle",
     "raise",
@@ -67,7 +71,7 @@ const MOVES: [&str; 34] = [
     "fold",
     "rest",
 ];
-const PLACES: [&str; 52] = [
+const PLACES: [&str; 55] = [
     "up",
     "down",
     "high",
@@ -119,9 +123,22 @@ const PLACES: [&str; 52] = [
     "upward",
     "trail",
     "ear",
+    "ears",
+    "diagonally",
+    "diagonal",
     "ribs",
 ];
-const FILLERS: [&str; 64] = [
+const FILLERS: [&str; 74] = [
+    "toward",
+    "towards",
+    "bum",
+    "butt",
+    "bottom",
+    "backside",
+    "weight",
+    "only",
+    "along",
+    "stretched",
     "come",
     "shin",
     "whole",
@@ -285,7 +302,9 @@ impl Row {
             Join::And | Join::Comma => !read.moves,
             Join::Then => false,
         };
+        let flares = is_along && self.postures.last_mut().is_some_and(|last| flare(last, &read.posture));
         match self.postures.last_mut() {
+            Some(last) if flares => last.hold = last.hold.max(read.posture.hold),
             // "Palms together, elbows out": as they are by then.
             Some(last) if last.touches == Some(Touch::Hands) && piece.has(&ELBOWS) && is_along => {
                 last.hold = last.hold.max(read.posture.hold);
@@ -499,7 +518,7 @@ fn read(whole: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
     } else if is_of_head && !mentions_arms {
         posture.head = Some(head(piece)?);
         posture.trunk = Some(Turn { roll: 0.5 * posture.head.map_or(0.0, |head| head.roll), ..Turn::default() });
-        detail |= hold.is_some();
+        detail |= hold.is_some() || piece.degrees().is_some();
     } else if (piece.has(&["lean", "tilt"]) || leans_on) && !mentions_arms
         || piece.has(&["bend", "twist", "turn", "rotate"]) && piece.has(&TRUNK) && !names_limb
     {
