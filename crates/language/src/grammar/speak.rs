@@ -60,10 +60,11 @@ impl<'a> Generator<'a> {
         Ok(clip)
     }
 
-    /// Returns whether a shipped network may make a clause.
+    /// Returns whether a shipped network may make a clause. It was trained before moods moved arms that are free.
     pub fn suits_network(&self, clause: &Clause) -> bool {
         let mut verbs = clause.actions.iter().filter_map(|action| self.grammar().verb(&action.verb).ok());
-        clause.is_plain() && verbs.all(|verb| !verb.remade)
+        let has_mood = clause.actions.iter().any(|action| action.mood.is_some());
+        clause.is_plain() && !has_mood && verbs.all(|verb| !verb.remade)
     }
 
     /// Returns whether the facts of a clause hold in a motion, its angle and its duration among them. `findings` are those
