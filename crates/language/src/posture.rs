@@ -195,7 +195,7 @@ impl Posture {
     }
 
     /// Returns whether a foot is up.
-    fn is_on_one_foot(&self) -> bool {
+    pub(crate) fn is_on_one_foot(&self) -> bool {
         self.left_foot.iter().chain(&self.right_foot).any(|foot| foot.height > 0.0)
     }
 

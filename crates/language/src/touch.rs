@@ -24,6 +24,8 @@ const TAP: f64 = 0.3;
 
 /// Height of a head above the shoulders (shares of a leg), where it has no body of its own.
 const HEAD: f64 = 0.3;
+/// Way of a root that comes along with a hand at most (shares of a leg).
+const FARTHEST: f64 = 0.1;
 /// Passes of placing.
 const PASSES: usize = 3;
 
@@ -220,7 +222,15 @@ impl Touching {
     ) -> Result<MotionClip, LanguageError> {
         let mut reached = clip.clone();
         for _ in 0..PASSES {
-            reached = self.nearer(&reached, robot, touch, options)?;
+            reached = self.nearer(&reached, robot, touch, options, false)?;
+        }
+        // A place out of reach goes away with the trunk that leans after it: then the arm alone reaches.
+        let is_of_trunk = !matches!(touch.0, Touch::Knee | Touch::Toes);
+        if is_of_trunk && moved(clip, &reached) > FARTHEST * leg_length(robot.0, robot.1) {
+            reached = clip.clone();
+            for _ in 0..PASSES {
+                reached = self.nearer(&reached, robot, touch, options, true)?;
+            }
         }
         Ok(reached)
     }
@@ -232,6 +242,7 @@ impl Touching {
         (character, anatomy): (&Character, &Anatomy),
         (touch, side): (Touch, Side),
         options: &RetargetOptions,
+        is_still: bool,
     ) -> Result<MotionClip, LanguageError> {
         let columns = clip.columns_for(character)?;
         let mut kinematics = Kinematics::new(character);
@@ -256,7 +267,15 @@ impl Touching {
             let share = if touch == Touch::Hands && side == Side::Both { 0.5 } else { 1.0 };
             if acts {
                 let name = if hand == 0 { "left_hand" } else { "right_hand" };
-                keys.extend(keys_of(name, ways, share, clip.fps));
+                let of_hand = keys_of(name, ways, share, clip.fps);
+                let still = |key: &Key| Key { body: "chest".into(), target: Target::By(Vec3::zeros()), ..key.clone() };
+                if is_still {
+                    let is_new =
+                        |key: &&Key| keys.iter().all(|other: &Key| (other.time - key.time).abs() > 0.5 / clip.fps);
+                    let chest: Vec<Key> = of_hand.iter().filter(is_new).map(still).collect();
+                    keys.extend(chest);
+                }
+                keys.extend(of_hand);
             }
         }
         if keys.is_empty() {
@@ -265,6 +284,12 @@ impl Touching {
         let (placed, _) = place(clip, character, anatomy, &keys, options)?;
         Ok(MotionClip { provenance: clip.provenance.clone(), ..placed })
     }
+}
+
+/// Returns how far the root of a clip is from that of another at most (m).
+fn moved(clip: &MotionClip, other: &MotionClip) -> f64 {
+    let pairs = clip.root_position.iter().zip(&other.root_position);
+    pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
 }
 
 /// Returns the keys of one hand: one for a tap, two for a stay.

@@ -150,6 +150,16 @@ pub fn run(arguments: &[&str]) -> Result<(), CliError> {
     cli.command.run(&cli.options.output())
 }
 
+/// Runs one command line as a part of another command, which says how it prints.
+///
+/// # Errors
+/// As [`run`].
+pub(crate) fn run_part(arguments: &[&str], output: &Output) -> Result<(), CliError> {
+    let cli = Cli::try_parse_from(std::iter::once(&"lifelike").chain(arguments))
+        .map_err(|e| CliError::Usage(e.to_string()))?;
+    cli.command.run(output)
+}
+
 /// Returns the remedy for `--budget.minutes=5`: keys of a plan stand without dashes.
 fn key_with_dashes(error: &clap::Error) -> Option<String> {
     let argument = match error.get(ContextKind::InvalidArg)? {

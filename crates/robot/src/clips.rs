@@ -217,13 +217,16 @@ fn builtin_by(words: &[PathBuf], robot: &Robot) -> Result<LoadedClips, RobotErro
     Ok(builtin_where(robot, |file| all || basic && is_basic(file) || words.iter().any(|word| word == file)))
 }
 
+/// End of the name of a mirror image.
+pub const MIRRORED: &str = "+mirror";
+
 /// Returns these clips, and after them the mirror image of each by the robot's own symmetry, called `NAME+mirror`.
 ///
 /// # Errors
 /// A robot that is not symmetric; a clip of another robot.
 pub fn with_mirror_images(mut clips: Vec<MotionClip>, robot: &Robot) -> Result<Vec<MotionClip>, MotionError> {
     let image = |clip: &MotionClip| {
-        let name = format!("{}+mirror", clip.name);
+        let name = format!("{}{MIRRORED}", clip.name);
         Ok(MotionClip { name, ..mirror(clip, &robot.character)? })
     };
     let images: Result<Vec<_>, MotionError> = clips.iter().map(image).collect();

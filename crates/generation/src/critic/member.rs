@@ -7,6 +7,7 @@ use lifelike_checkpoint::rng::stream;
 use lifelike_dense::{Channel, ROWS};
 use lifelike_nn::adam::{AdamConfig, Descent};
 use lifelike_nn::rows::Layout;
+use lifelike_robot::clips::MIRRORED;
 use lifelike_train::supervised::{Decay, StepMetrics, SupervisedCore};
 use rand::Rng;
 use rayon::prelude::*;
@@ -118,7 +119,7 @@ pub(super) fn named(name: &str, member: usize) -> String {
 
 /// Returns a clip's name without that of its mirror image.
 pub(super) fn original(name: &str) -> &str {
-    name.trim_end_matches("+mirror")
+    name.trim_end_matches(MIRRORED)
 }
 
 /// Draws as many clips as there are, with replacement, from those that are learned from; a mirror image goes with its

@@ -1,4 +1,4 @@
-//! What is said by pointing back: "again but harder", "slow down", "then the other side".
+//! Words that point back: "again but harder", "slow down", "then the other side".
 
 use super::said::said;
 
@@ -17,11 +17,7 @@ pub(super) fn done_again(words: Vec<String>) -> Vec<String> {
     let mut pieces = pieces(&words).into_iter().peekable();
     while let Some((joins, mut piece)) = pieces.next() {
         // "Again, but harder" is one piece.
-        while says_again(&piece)
-            && pieces
-                .peek()
-                .is_some_and(|(joins, next)| joins.iter().all(|join| join == "but" || join == ",") && is_manner(next))
-        {
+        while says_again(&piece) && pieces.peek().is_some_and(says_how) {
             piece.extend(pieces.next().map(|(_, next)| next).unwrap_or_default());
         }
         let begins_now = piece.len() > 1 && piece[0] == "now";
@@ -31,8 +27,6 @@ pub(super) fn done_again(words: Vec<String>) -> Vec<String> {
         if let Some(again) = again(&last, &piece) {
             piece = again;
         }
-        // "Again but" joins what follows in time.
-        let joins = joins.into_iter().map(|join| if join == "but" && says_again(&piece) { ",".into() } else { join });
         out.extend(joins);
         out.extend(piece.iter().cloned());
         if !piece.is_empty() {
@@ -40,6 +34,11 @@ pub(super) fn done_again(words: Vec<String>) -> Vec<String> {
         }
     }
     out
+}
+
+/// Returns whether a piece after a comma or "but" only says how.
+fn says_how((joins, piece): &(Vec<String>, Vec<String>)) -> bool {
+    joins.iter().all(|join| join == "but" || join == ",") && is_manner(piece)
 }
 
 /// Divides words into pieces, each with the words that join it.
@@ -91,6 +90,19 @@ fn again(last: &[String], piece: &[String]) -> Option<Vec<String>> {
         ["speed", "up"] | ["faster"] | ["accelerate"] | ["speeding", "up"] | ["speeds", "up"] => Some("quickly"),
         _ => None,
     };
+    // "Step right twice, then come back": the same way to the other side.
+    let comes_back =
+        matches!(words[..], ["come" | "comes" | "go" | "goes" | "step" | "steps", "back"] | ["return" | "returns"]);
+    let steps = ["step", "steps", "sidestep", "shuffle", "slide", "walk", "walks", "move"];
+    if comes_back && last.iter().any(|word| steps.contains(&word.as_str())) {
+        let mirrored = |word: &String| match word.as_str() {
+            "left" => "right".into(),
+            "right" => "left".into(),
+            _ => word.clone(),
+        };
+        let back: Vec<String> = last.iter().map(mirrored).collect();
+        return (back != last).then_some(back);
+    }
     if pace.is_none() && !says_again(piece) {
         return None;
     }
@@ -120,6 +132,22 @@ fn again(last: &[String], piece: &[String]) -> Option<Vec<String>> {
         out.extend(with.split(' ').map(str::to_string));
     }
     Some(out)
+}
+
+/// "Turn around, walk off": who has turned walks ahead.
+pub(super) fn off_after_turn(mut words: Vec<String>) -> Vec<String> {
+    const GOES: [&str; 8] = ["walk", "walks", "go", "goes", "run", "runs", "march", "jog"];
+    let is_off = |at: usize| {
+        let goes = GOES.contains(&words[at - 1].as_str()) && ["off", "away"].contains(&words[at].as_str());
+        let ends = words.get(at + 1).is_none_or(|word| JOINS.contains(&word.as_str()));
+        let before = words[..at - 1].iter().rev().skip_while(|word| JOINS.contains(&word.as_str()));
+        let turns: Vec<&str> = before.take(2).map(String::as_str).collect();
+        goes && ends && matches!(turns[..], ["around" | "round", "turn" | "turns"])
+    };
+    if let Some(at) = (1..words.len()).find(|at| is_off(*at)) {
+        words[at] = "forward".into();
+    }
+    words
 }
 
 /// Divides "four steps forward two steps back".
@@ -175,6 +203,8 @@ mod tests {
             ("turn left, now turn back", "turn left , turn back"),
             ("4 steps forward 2 steps back", "4 steps forward , 2 steps back"),
             ("right knee up, left elbow touches it", "touch the left elbow to the right knee"),
+            ("wave, turn around, walk off", "wave , turn around , walk forward"),
+            ("step right twice, then come back", "step right twice , then step left twice"),
             ("nod again and again", "nod repeatedly"),
             ("stand up again", "stand up again"),
             ("wave, then wave again", "wave , then wave again"),

@@ -1,4 +1,4 @@
-//! What stays as it is: hands that were put somewhere, and a trunk that leans for some seconds.
+//! Poses that stay: hands that were put somewhere, and a trunk that leans for some seconds.
 
 use super::reader::Reader;
 use super::{Clause, Script};

@@ -3,7 +3,33 @@
 use super::said::number;
 
 /// Phrases and plainer ones; an empty one says nothing.
-const PLAIN: [(&str, &str); 72] = [
+const PLAIN: [(&str, &str); 98] = [
+    ("wait a seconds", "wait 1 seconds"),
+    ("wait for a seconds", "wait 1 seconds"),
+    ("pause a seconds", "wait 1 seconds"),
+    ("pause for a seconds", "wait 1 seconds"),
+    (", a full 360 degrees", "360 degrees"),
+    (", a full 360", "360 degrees"),
+    (", a full circle", "360 degrees"),
+    (", a full turn", "360 degrees"),
+    ("until it is level with the shoulder", "to shoulder height"),
+    ("until its level with the shoulder", "to shoulder height"),
+    ("until it is level with your shoulder", "to shoulder height"),
+    ("until they are level with your shoulders", "to shoulder height"),
+    ("until they are level with the shoulders", "to shoulder height"),
+    ("level with the shoulder", "at shoulder height"),
+    ("level with your shoulder", "at shoulder height"),
+    ("level with your shoulders", "at shoulder height"),
+    ("level with the shoulders", "at shoulder height"),
+    ("when it is up", "then"),
+    ("when its up", "then"),
+    ("once it is up", "then"),
+    ("once its up", "then"),
+    ("when they are up", "then"),
+    ("till it is", "until it is"),
+    ("so the hand points up", "so your forearms point up"),
+    ("so your hand points up", "so your forearms point up"),
+    ("so that your hand points up", "so your forearms point up"),
     ("do a high kick", "kick high"),
     ("a high kick", "kick high"),
     ("one high kick", "kick high once"),
@@ -89,6 +115,7 @@ const ENDS: [&str; 5] = [",", "|", "and", "then", "again"];
 
 /// Returns words in a plainer form.
 pub(super) fn plainly(mut words: Vec<String>) -> Vec<String> {
+    words.retain(|word| word != "also");
     for (said, plain) in PLAIN {
         let said = split(said);
         while let Some(at) = place(&words, &said) {

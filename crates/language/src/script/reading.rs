@@ -115,7 +115,10 @@ impl Reader<'_> {
 
     /// Returns a text with "it" as the thing named last, where a phrase does the same to that thing: "draw a sword, swing it".
     fn with_objects(&self, text: &str) -> String {
-        const BEFORE: [&str; 9] = ["a", "an", "the", "his", "her", "your", "my", "their", "its"];
+        const BEFORE: [&str; 17] = [
+            "a", "an", "the", "his", "her", "your", "my", "their", "its", "heavy", "big", "large", "small", "little",
+            "light", "huge", "tiny",
+        ];
         let mut words = normal(text);
         let places: Vec<usize> = (1..words.len()).filter(|at| words[*at] == "it").collect();
         if places.is_empty() {
@@ -123,7 +126,10 @@ impl Reader<'_> {
         }
         let mut is_changed = false;
         for at in places {
-            let things = (1..at.saturating_sub(1)).filter(|thing| BEFORE.contains(&words[thing - 1].as_str())).rev();
+            let is_thing = |thing: &usize| {
+                BEFORE.contains(&words[thing - 1].as_str()) && !BEFORE.contains(&words[*thing].as_str())
+            };
+            let things = (1..at.saturating_sub(1)).filter(is_thing).rev();
             let does = |thing: &usize| {
                 let mut phrase = vec![words[at - 1].clone(), "the".to_owned(), words[*thing].clone()];
                 let is_whole = self.whole(&phrase).is_some();
@@ -244,8 +250,10 @@ impl Reader<'_> {
 
     /// Returns whether a part of a sentence is of a verb or compound that is newer than the network.
     fn says_newer(&self, text: &str) -> bool {
-        let fits = pieces(&normal(text)).into_iter().filter_map(|(_, words)| self.fit(&words));
-        fits.filter(|fit| fit.has_verb).any(|fit| self.is_of_newer(&fit))
+        pieces(&normal(text)).iter().any(|(join, words)| {
+            let fit = self.fit(words).filter(|fit| fit.has_verb || *join == Join::Then);
+            fit.is_some_and(|fit| self.is_of_newer(&fit))
+        })
     }
 
     /// Returns the reaction to a situation that a sentence tells.

@@ -52,13 +52,11 @@ fn respelt(phrases: &Phrases, word: &str) -> Option<String> {
         return None;
     }
     let known = phrases.vocabulary.iter().map(String::as_str);
-    let costs = SPELT.into_iter().chain(known).filter_map(|target| Some((misspelling(target, word)?, target)));
-    // Of equal ones the first: sides and numbers.
-    let best = costs.fold(None, |best: Option<(usize, &str)>, one| match best {
-        Some(best) if best.0 <= one.0 => Some(best),
-        _ => Some(one),
-    });
-    best.map(|(_, target)| target.to_string())
+    let candidates = SPELT.into_iter().map(|target| (target, false)).chain(known.map(|target| (target, true)));
+    // Of equal ones sides and numbers, then the longer one: "salut" is no salt.
+    let rank = |target: &str, is_other: bool| Some((misspelling(target, word)?, is_other, usize::MAX - target.len()));
+    let costs = candidates.filter_map(|(target, is_other)| Some((rank(target, is_other)?, target)));
+    costs.reduce(|best, one| if one.0 < best.0 { one } else { best }).map(|(_, target)| target.to_string())
 }
 
 /// Returns the cost of a word as a misspelling of another, where it can be one: a letter missing, doubled or exchanged with

@@ -1,6 +1,6 @@
 //! Text to pieces: normal form, and what joins the pieces.
 
-use super::again::{done_again, elbow_to_knee, steps_apart};
+use super::again::{done_again, elbow_to_knee, off_after_turn, steps_apart};
 use super::manners::with_manners;
 use super::numbers::{with_digits, with_plain_numbers, with_units};
 use super::plain::plainly;
@@ -30,6 +30,39 @@ impl Join {
             Self::Comma => ",",
             Self::With => "with",
         }
+    }
+}
+
+/// Takes "together" from the end of a sentence, and marks hands that act at once. Returns whether the last piece is at once
+/// with the one before.
+fn says_together(pieces: &mut Vec<(Join, Vec<String>)>) -> bool {
+    let is_limb = |word: &String| LIMBS.contains(&word.trim_end_matches('s'));
+    // "Wave with the right hand and scratch your head with the left hand".
+    if let [.., (_, before), (Join::With, one), (Join::And, words), (Join::With, other)] = &pieces[..]
+        && !before.is_empty()
+        && words.len() > 1
+        && [one, other].iter().all(|limbs| limbs.iter().any(is_limb))
+        && (says(one, "left") && says(other, "right") || says(one, "right") && says(other, "left"))
+    {
+        let at = pieces.len() - 2;
+        pieces[at].0 = Join::While;
+    }
+    let count = pieces.len();
+    match pieces.last_mut() {
+        // "Left arm up, right leg out, together".
+        Some((Join::Comma, words)) if count > 2 && words.len() <= 2 && words.ends_with(&["together".into()]) => {
+            pieces.pop();
+            true
+        }
+        // "Jump and clap together", but not "put your feet together".
+        Some((Join::And, words)) if words.len() > 1 && words.ends_with(&["together".into()]) => {
+            let is_action = !words.iter().any(is_limb);
+            if is_action {
+                words.pop();
+            }
+            is_action
+        }
+        _ => false,
     }
 }
 
@@ -161,7 +194,7 @@ pub(super) fn normal(text: &str) -> Vec<String> {
     }
     let words: Vec<String> = words.into_iter().skip_while(|word| word == "|" || word == ",").collect();
     let words = plainly(with_units(with_digits(without_frame(&words))));
-    done_again(steps_apart(elbow_to_knee(words)))
+    done_again(off_after_turn(steps_apart(elbow_to_knee(words))))
 }
 
 /// Returns text with the numbers of a list as full stops: "1. squat 2) jump". A list has a first and a second item.
@@ -349,37 +382,8 @@ fn merged(all: Vec<(Join, Vec<String>)>) -> Vec<(Join, Vec<String>)> {
             pending = None;
         }
     }
-    // "Left arm up, right leg out, together".
-    let is_together = |(join, words): &(Join, Vec<String>)| {
-        *join == Join::Comma
-            && matches!(
-                words.iter().map(String::as_str).collect::<Vec<_>>()[..],
-                ["together"] | ["all" | "both", "together"]
-            )
-    };
-    if out.len() > 2 && out.last().is_some_and(is_together) {
-        out.pop();
+    if says_together(&mut out) {
         pending = Some(Join::While);
-    }
-    // "Jump and clap together"; "wave with one hand and scratch your head with the other".
-    let is_limb = |word: &String| LIMBS.contains(&word.trim_end_matches('s'));
-    if let [.., (_, before), (Join::And, words)] = &mut out[..]
-        && words.len() > 1
-        && words.last().is_some_and(|word| word == "together")
-        && !words.iter().any(is_limb)
-        && !before.is_empty()
-    {
-        words.pop();
-        pending = Some(Join::While);
-    }
-    if let [.., (_, before), (Join::With, one), (Join::And, words), (Join::With, other)] = &out[..]
-        && !before.is_empty()
-        && words.len() > 1
-        && [one, other].iter().all(|limbs| limbs.iter().any(is_limb))
-        && (says(one, "left") && says(other, "right") || says(one, "right") && says(other, "left"))
-    {
-        let at = out.len() - 2;
-        out[at].0 = Join::While;
     }
     // "Nod and clap at the same time": what ends with it is at once.
     if let (Some(Join::While), Some((join @ (Join::And | Join::Comma), _))) = (pending, out.last_mut()) {

@@ -361,7 +361,7 @@ fn described_limbs_become_postures() {
             "both arms to the side 88 degrees, elbow bent 90",
         ),
         ("lean 20 degrees to the right and stay there", "trunk to the right 20, held 3 s"),
-        ("tilt ur head to one side and let it stay like that", "head to the right 25, trunk to the right 12, held 3 s"),
+        ("tilt ur head to one side and let it stay like that", "head to the right 25, trunk to the right 20, held 3 s"),
         ("lift the right knee and the left arm together", "left arm up 160 degrees, right foot up"),
         (
             "both arms straight in front of you, then open them wide",

@@ -294,3 +294,30 @@ fn sentences_from_standard_input_are_done_in_physics() {
     let scene = std::fs::read_to_string(folder.path().join("said/live.scene.toml")).unwrap();
     assert!(scene.contains("wave with the left hand") && scene.contains("bow twice") && !scene.contains("moon"));
 }
+
+#[test]
+fn one_command_makes_data_a_generator_and_its_test() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let words = ["train", "language", "-o", "words", "--hours", "0.02", "--minutes", "0.02", "--sentences", "2"];
+    let planned = json(at, &[&words[..], &["--dry-run"]].concat());
+    assert_eq!(planned["commands"].as_array().unwrap().len(), 3);
+    assert!(!at.join("words").exists());
+    let with = json(at, &[&words[..], &["--dry-run", "--policy", "lima"]].concat());
+    let lines = with["commands"].as_array().unwrap();
+    assert_eq!(lines.len(), 5);
+    assert!(lines[3].as_str().unwrap().contains("--policy lima"), "{lines:?}");
+
+    let made = json(at, &words);
+    assert_eq!(made["steps"], serde_json::json!(["data", "generator", "test"]));
+    assert!(at.join(made["generator"].as_str().unwrap()).is_file());
+    let clips = || std::fs::read_dir(at.join("words/test")).unwrap().count();
+    assert!(clips() > 0);
+    // What is done stays done.
+    std::fs::remove_dir_all(at.join("words/test")).unwrap();
+    assert_eq!(json(at, &words)["steps"], made["steps"]);
+    assert!(!at.join("words/test").exists());
+    let other = run(at, &[&words[..], &["--seed", "2"]].concat());
+    assert_eq!(other.status.code(), Some(2));
+    assert!(String::from_utf8(other.stderr).unwrap().contains("other options"));
+}

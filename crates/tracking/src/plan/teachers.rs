@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use glob::Pattern;
+use lifelike_robot::clips::MIRRORED;
 
 use crate::TrackerError;
 use lifelike_train::limits::{PlanError, wrong};
@@ -15,7 +16,7 @@ pub struct TeacherSpec {
     pub policy: PathBuf,
     /// Names or patterns (`walk*`) of the clips that it teaches; none: every clip.
     ///
-    /// The first of several teachers of a clip teaches it.
+    /// The first of several teachers of a clip teaches it, and its mirror image.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub clips: Vec<String>,
 }
@@ -41,7 +42,11 @@ impl TeacherSpec {
 /// [`TrackerError::Plan`] with the first clip that none of them teaches, or the first teacher without a clip.
 pub(crate) fn teachers_of(teachers: &[TeacherSpec], clips: &[String]) -> Result<Vec<usize>, TrackerError> {
     let patterns: Vec<Vec<Pattern>> = teachers.iter().map(TeacherSpec::patterns).collect::<Result<_, _>>()?;
-    let teaches = |patterns: &[Pattern], clip: &str| patterns.is_empty() || patterns.iter().any(|p| p.matches(clip));
+    // The mirror image of a clip has the clip's teacher.
+    let named = |pattern: &Pattern, clip: &str| {
+        pattern.matches(clip) || clip.strip_suffix(MIRRORED).is_some_and(|clip| pattern.matches(clip))
+    };
+    let teaches = |patterns: &[Pattern], clip: &str| patterns.is_empty() || patterns.iter().any(|p| named(p, clip));
     let teacher = |clip: &String| {
         let teacher = patterns.iter().position(|patterns| teaches(patterns, clip));
         teacher.ok_or_else(|| wrong("teachers", "a teacher of every clip", format!("none of '{clip}'")))
@@ -66,9 +71,9 @@ mod tests {
 
     #[test]
     fn the_first_that_teaches_a_clip_does_and_mirror_images_are_named_after_their_clips() {
-        let clips = ["walk_slow", "walk_slow+mirror", "kick", "bow"].map(String::from);
+        let clips = ["walk_slow", "walk_slow+mirror", "kick", "kick+mirror", "bow"].map(String::from);
         let teachers = [teacher("a", &["walk*"]), teacher("b", &["kick", "walk_slow"]), teacher("c", &[])];
-        assert_eq!(teachers_of(&teachers, &clips).unwrap(), [0, 0, 1, 2]);
+        assert_eq!(teachers_of(&teachers, &clips).unwrap(), [0, 0, 1, 1, 2]);
     }
 
     #[test]

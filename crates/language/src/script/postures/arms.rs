@@ -161,6 +161,13 @@ fn at_a_place(piece: &Words<'_>, side: Side) -> Option<Placed> {
 /// Reads an arm that points somewhere, or the bend of its elbow.
 fn in_a_direction(piece: &Words<'_>, context: &Context, side: Side) -> Option<Placed> {
     let before = if side == Side::Left { context.before.left_arm } else { context.before.right_arm };
+    // "Upper arms stay at your sides": the forearms stay as they are.
+    let hangs = piece.has_row(&["at", "your", "sides"])
+        || piece.has_row(&["by", "your", "sides"])
+        || piece.has_row(&["at", "the", "sides"]);
+    if let Some(before) = before.filter(|before| piece.has(&["upper", "upperarms"]) && hangs && before.elbow > 60.0) {
+        return Some((Arm { elbow: before.elbow, ..Arm::HANGING }, None, true));
+    }
     // "Upper arms out to the sides": the forearms stay as they are.
     if let Some(before) = before.filter(|before| piece.has(&["upper"]) && before.elbow > 60.0) {
         let turn = if before.raise > 60.0 { -88.0 } else { before.turn };

@@ -25,13 +25,16 @@ use crate::touch::Touch;
 const ON_THE_WAY: f64 = 0.6;
 const AT_THE_END: f64 = 1.2;
 const HELD: f64 = 3.0;
+/// Share of a head's roll that the trunk shows: most necks of robots do not roll.
+const LEANS: f64 = 0.8;
 
 const ARMS: [&str; 10] = ["arm", "arms", "hand", "hands", "fist", "fists", "palm", "palms", "upperarm", "upperarms"];
 const ELBOWS: [&str; 2] = ["elbow", "elbows"];
 const FOREARMS: [&str; 2] = ["forearm", "forearms"];
 const LEGS: [&str; 9] = ["leg", "legs", "foot", "feet", "knee", "knees", "thigh", "thighs", "heel"];
 const TRUNK: [&str; 5] = ["trunk", "torso", "body", "waist", "chest"];
-const MOVES: [&str; 38] = [
+const MOVES: [&str; 39] = [
+    "tip",
     "slide",
     "pull",
     "touch",
@@ -299,7 +302,9 @@ impl Row {
             piece.has(&ELBOWS) || piece.has(&FOREARMS) || piece.has(&["upper"]) || is_height && !piece.names_limb();
         let is_along = match join {
             Join::While | Join::With => true,
-            Join::And | Join::Comma => !read.moves,
+            Join::Comma => !read.moves,
+            // "Raise the left arm and lift the right knee": limbs that both go somewhere do so at once.
+            Join::And => !read.moves || self.goes_along(&read.posture) && !piece.has(&["then", "both", "them", "it"]),
             Join::Then => false,
         };
         let flares = is_along && self.postures.last_mut().is_some_and(|last| flare(last, &read.posture));
@@ -325,6 +330,14 @@ impl Row {
         *sum = Posture::default();
         self.postures.iter().for_each(|posture| sum.extend(posture));
         true
+    }
+
+    /// Returns whether a posture is there at once with the last one: of limbs, or of the trunk above a lifted leg.
+    fn goes_along(&self, posture: &Posture) -> bool {
+        let bends = |posture: &Posture| posture.trunk.is_some() || posture.head.is_some();
+        let last = self.postures.last();
+        let is_along = last.is_some_and(|last| !bends(last) && (!bends(posture) || last.is_on_one_foot()));
+        is_along && !is_down(posture)
     }
 
     /// Returns the postures as a clause.
@@ -517,9 +530,9 @@ fn read(whole: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
         posture = standing(&context.before);
     } else if is_of_head && !mentions_arms {
         posture.head = Some(head(piece)?);
-        posture.trunk = Some(Turn { roll: 0.5 * posture.head.map_or(0.0, |head| head.roll), ..Turn::default() });
+        posture.trunk = Some(Turn { roll: LEANS * posture.head.map_or(0.0, |head| head.roll), ..Turn::default() });
         detail |= hold.is_some() || piece.degrees().is_some();
-    } else if (piece.has(&["lean", "tilt"]) || leans_on) && !mentions_arms
+    } else if (piece.has(&["lean", "tilt", "tip"]) || leans_on) && !mentions_arms
         || piece.has(&["bend", "twist", "turn", "rotate"]) && piece.has(&TRUNK) && !names_limb
     {
         posture.trunk = Some(trunk(piece)?);

@@ -9,6 +9,7 @@ pub mod evaluator;
 pub mod generator;
 pub mod get_up;
 pub mod keys;
+pub mod language;
 #[cfg(feature = "mpi")]
 mod mpi;
 pub mod prior;
@@ -44,6 +45,7 @@ pub enum Train {
     Critic(critic::Args),
     Generator(generator::Args),
     Evaluator(evaluator::Args),
+    Language(language::Args),
     Augmentation(augmentation::Args),
     GetUp(get_up::Args),
 }
@@ -60,6 +62,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         Train::Critic(args) => critic::run(args, output),
         Train::Generator(args) => generator::run(args, output),
         Train::Evaluator(args) => evaluator::run(args, output),
+        Train::Language(args) => language::run(args, output),
         Train::Augmentation(args) => augmentation::run(args, output),
         Train::GetUp(args) => get_up::run(args, output),
     }
