@@ -70,13 +70,15 @@ pub enum Touch {
     Forearm,
     /// The knee.
     Knee,
+    /// The knee of the other side.
+    OtherKnee,
     /// The toes.
     Toes,
 }
 
 impl Touch {
     /// Every place.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::Hands,
         Self::Crown,
         Self::Nape,
@@ -94,6 +96,7 @@ impl Touch {
         Self::OwnShoulder,
         Self::Forearm,
         Self::Knee,
+        Self::OtherKnee,
         Self::Toes,
     ];
 
@@ -117,6 +120,7 @@ impl Touch {
             Self::OwnShoulder => "shoulder",
             Self::Forearm => "other forearm",
             Self::Knee => "knee",
+            Self::OtherKnee => "other knee",
             Self::Toes => "toes",
         }
     }
@@ -144,6 +148,7 @@ impl Touch {
             Self::OwnShoulder => (same_side(Role::LeftUpperArm, Role::RightUpperArm), Vec3::new(0.6, 0.0, 1.0)),
             Self::Forearm => (same_side(Role::RightForearm, Role::LeftForearm), Vec3::new(1.0, 0.0, 0.0)),
             Self::Knee => (same_side(Role::LeftShank, Role::RightShank), Vec3::new(1.0, 0.0, 0.0)),
+            Self::OtherKnee => (same_side(Role::RightShank, Role::LeftShank), Vec3::new(1.0, 0.0, 0.0)),
             Self::Toes => (same_side(Role::LeftFoot, Role::RightFoot), Vec3::new(1.0, 0.0, 0.3)),
         }
     }
@@ -225,7 +230,7 @@ impl Touching {
             reached = self.nearer(&reached, robot, touch, options, false)?;
         }
         // A place out of reach goes away with the trunk that leans after it: then the arm alone reaches.
-        let is_of_trunk = !matches!(touch.0, Touch::Knee | Touch::Toes);
+        let is_of_trunk = !matches!(touch.0, Touch::Knee | Touch::OtherKnee | Touch::Toes);
         if is_of_trunk && moved(clip, &reached) > FARTHEST * leg_length(robot.0, robot.1) {
             reached = clip.clone();
             for _ in 0..PASSES {

@@ -24,6 +24,9 @@ pub(super) fn done_again(words: Vec<String>) -> Vec<String> {
         if begins_now {
             piece.remove(0);
         }
+        if comes_back(&piece) {
+            name_side(&mut out, &mut last);
+        }
         if let Some(again) = again(&last, &piece) {
             piece = again;
         }
@@ -55,6 +58,23 @@ fn pieces(words: &[String]) -> Vec<(Vec<String>, Vec<String>)> {
         }
     }
     out
+}
+
+/// Returns whether a piece asks for the way back.
+fn comes_back(piece: &[String]) -> bool {
+    let words: Vec<&str> = piece.iter().map(String::as_str).collect();
+    matches!(words[..], ["come" | "comes" | "go" | "goes" | "step" | "steps", "back"] | ["return" | "returns"])
+}
+
+/// Names the side of "two steps to the side" at the end of words, so that the way back has another.
+fn name_side(words: &mut Vec<String>, last: &mut Vec<String>) {
+    let names = last.iter().any(|word| word == "left" || word == "right");
+    let is_side = |word: &String| word == "side" || word == "sideways";
+    if let Some(at) = last.iter().position(is_side).filter(|_| !names) {
+        let from_end = last.len() - at;
+        words.insert(words.len() - from_end, "right".into());
+        last.insert(at, "right".into());
+    }
 }
 
 /// Returns whether a piece asks for the last action once more.
@@ -91,10 +111,8 @@ fn again(last: &[String], piece: &[String]) -> Option<Vec<String>> {
         _ => None,
     };
     // "Step right twice, then come back": the same way to the other side.
-    let comes_back =
-        matches!(words[..], ["come" | "comes" | "go" | "goes" | "step" | "steps", "back"] | ["return" | "returns"]);
     let steps = ["step", "steps", "sidestep", "shuffle", "slide", "walk", "walks", "move"];
-    if comes_back && last.iter().any(|word| steps.contains(&word.as_str())) {
+    if comes_back(piece) && last.iter().any(|word| steps.contains(&word.as_str())) {
         let mirrored = |word: &String| match word.as_str() {
             "left" => "right".into(),
             "right" => "left".into(),
@@ -165,6 +183,35 @@ pub(super) fn steps_apart(words: Vec<String>) -> Vec<String> {
     out
 }
 
+/// Divides "left arm up right arm out".
+pub(super) fn limbs_apart(words: Vec<String>) -> Vec<String> {
+    const ENDS: [&str; 10] = ["up", "down", "out", "forward", "forwards", "back", "side", "high", "straight", "ahead"];
+    let mut out: Vec<String> = Vec::with_capacity(words.len());
+    for (at, word) in words.iter().enumerate() {
+        let begin = out.iter().rposition(|word| JOINS.contains(&word.as_str())).map_or(0, |join| join + 1);
+        let is_side = word == "left" || word == "right";
+        let is_limb = |word: &String| LIMBS[..7].contains(&word.as_str());
+        let ends = out.last().is_some_and(|last| ENDS.contains(&last.as_str()));
+        if is_side && ends && words.get(at + 1).is_some_and(is_limb) && out[begin..].iter().any(is_limb) {
+            out.push(",".into());
+        }
+        out.push(word.clone());
+    }
+    out
+}
+
+/// "First nod, after you bow": one after the other.
+pub(super) fn first_and_after(mut words: Vec<String>) -> Vec<String> {
+    if words.first().is_some_and(|word| word == "first" || word == "firstly") {
+        for at in 1..words.len() {
+            if words[at] == "after" && JOINS.contains(&words[at - 1].as_str()) {
+                words[at] = "then".into();
+            }
+        }
+    }
+    words
+}
+
 /// "Right knee up, left elbow touches it" is one movement of both.
 pub(super) fn elbow_to_knee(words: Vec<String>) -> Vec<String> {
     let side_of = |limb: &str| {
@@ -204,6 +251,9 @@ mod tests {
             ("4 steps forward 2 steps back", "4 steps forward , 2 steps back"),
             ("right knee up, left elbow touches it", "touch the left elbow to the right knee"),
             ("wave, turn around, walk off", "wave , turn around , walk forward"),
+            ("two steps to the side, then come back", "two steps to the right side , then two steps to the left side"),
+            ("left arm up right arm out, both together", "left arm up , right arm out , both together"),
+            ("first nod, after bow", "first nod , then bow"),
             ("step right twice, then come back", "step right twice , then step left twice"),
             ("nod again and again", "nod repeatedly"),
             ("stand up again", "stand up again"),

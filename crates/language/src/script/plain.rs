@@ -3,7 +3,12 @@
 use super::said::number;
 
 /// Phrases and plainer ones; an empty one says nothing.
-const PLAIN: [(&str, &str); 98] = [
+const PLAIN: [(&str, &str); 103] = [
+    ("turn and walk away", "turn around and walk away"),
+    ("turn and walk off", "turn around and walk off"),
+    ("turn and leave", "turn around and leave"),
+    ("turns and walks away", "turn around and walk away"),
+    ("turn and run away", "turn around and run away"),
     ("wait a seconds", "wait 1 seconds"),
     ("wait for a seconds", "wait 1 seconds"),
     ("pause a seconds", "wait 1 seconds"),
@@ -123,7 +128,7 @@ pub(super) fn plainly(mut words: Vec<String>) -> Vec<String> {
         }
     }
     words = without_who(words);
-    words = counted_seconds(words);
+    words = count_of_seconds(counted_seconds(words));
     words = kept_as_it_is(words);
     words = with_hanging_arms(words);
     words = brought_back(words);
@@ -193,6 +198,21 @@ fn counted_seconds(mut words: Vec<String>) -> Vec<String> {
         let after = words.iter().skip(at - before.min(at)).position(|word| number(word).is_some());
         let number = after.map_or(words.len(), |after| at - before.min(at) + after + 1);
         words.insert(number.min(words.len()), "seconds".into());
+    }
+    words
+}
+
+/// "For a count of three": three seconds.
+fn count_of_seconds(mut words: Vec<String>) -> Vec<String> {
+    let is_count = |words: &[String]| {
+        ["a", "the"].contains(&words[0].as_str())
+            && words[1] == "count"
+            && words[2] == "of"
+            && number(&words[3]).is_some()
+    };
+    while let Some(at) = words.windows(4).position(is_count) {
+        words.insert(at + 4, "seconds".into());
+        words.drain(at..at + 3);
     }
     words
 }
@@ -389,6 +409,7 @@ mod tests {
             ),
             ("touch your toes and count to 8", "touch your toes for 8 seconds"),
             ("count to three", "stand for three seconds"),
+            ("raise both arms for a count of three", "raise both arms for three seconds"),
             ("bend your elbows. keep the upper arms where they are.", "bend your elbows | |"),
             ("tilt your head and then bring it back", "tilt your head and then stand straight"),
             ("walk ahead and then back without turning round", "walk ahead and then walk backwards"),

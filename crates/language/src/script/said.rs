@@ -289,7 +289,7 @@ fn adverb(out: &mut Said, word: &str) -> bool {
         | "lazily" | "amble" | "ambles" | "ambling" | "saunter" | "saunters" | "sauntering" | "stroll" | "strolls"
         | "strolling" | "dawdle" | "dawdles" | "dawdling" | "mosey" | "gingerly" | "patiently" | "serenely"
         | "carefully" | "careful" | "solemnly" | "solemnity" | "solemn" | "ceremoniously" | "reverently"
-        | "respectfully" | "smoothly" | "relaxed" | "casually" | "thoughtfully" | "chill" | "struggling" => {
+        | "respectfully" | "smoothly" | "relaxed" | "casually" | "thoughtfully" | "chill" | "struggling" | "lazy" => {
             out.speed = Some(Speed::Slow);
         }
         "quickly" | "fast" | "rapidly" | "briskly" | "hastily" | "swiftly" | "quick" | "hurriedly" | "speedily"
@@ -351,6 +351,8 @@ fn numbered(out: &mut Said, words: &[String], at: usize) -> bool {
     let word = words[at].as_str();
     let next = words.get(at + 1).map_or("", String::as_str);
     match (word, next) {
+        // "With all ten fingers".
+        (_, "fingers" | "finger" | "toes") => {}
         ("once", _) => out.count = Some(1),
         ("twice", _) => out.count = Some(2),
         ("thrice", _) => out.count = Some(3),

@@ -1,6 +1,6 @@
 //! Text to pieces: normal form, and what joins the pieces.
 
-use super::again::{done_again, elbow_to_knee, off_after_turn, steps_apart};
+use super::again::{done_again, elbow_to_knee, first_and_after, limbs_apart, off_after_turn, steps_apart};
 use super::manners::with_manners;
 use super::numbers::{with_digits, with_plain_numbers, with_units};
 use super::plain::plainly;
@@ -194,7 +194,8 @@ pub(super) fn normal(text: &str) -> Vec<String> {
     }
     let words: Vec<String> = words.into_iter().skip_while(|word| word == "|" || word == ",").collect();
     let words = plainly(with_units(with_digits(without_frame(&words))));
-    done_again(off_after_turn(steps_apart(elbow_to_knee(words))))
+    let words = limbs_apart(steps_apart(elbow_to_knee(first_and_after(words))));
+    done_again(off_after_turn(words))
 }
 
 /// Returns text with the numbers of a list as full stops: "1. squat 2) jump". A list has a first and a second item.

@@ -371,10 +371,7 @@ fn described_limbs_become_postures() {
             "arms out sideways, lower them to 45 degrees",
             "both arms to the side 93 degrees; then both arms to the side 45 degrees",
         ),
-        (
-            "move your right foot back and bend the front knee",
-            "right foot on the ground behind, knees a little bent; then knees bent",
-        ),
+        ("move your right foot back and bend the front knee", "right foot on the ground behind, knees bent"),
         (
             "left arm forward, right arm back, and hold",
             "left arm ahead 90 degrees, right arm behind 41 degrees, held 3 s",

@@ -147,11 +147,14 @@ fn same(a: Mistake, b: Mistake) -> bool {
     }
 }
 
+/// One of so many clips stands for the rest where each is tried in many ways: 90 of each mistake are left.
+const SAMPLE: usize = 3;
+
 #[test]
 fn own_clips_have_no_mistakes() {
-    for name in ["lima", "humanoid"] {
+    for (name, every) in [("lima", 1), ("humanoid", SAMPLE)] {
         let robot = robot(name);
-        for (title, text) in keyframes::builtin() {
+        for (title, text) in keyframes::builtin().step_by(every) {
             let clip = own(title, text, &robot);
             let (out, flaws) = lint(&clip, &robot.0, &robot.1).unwrap();
             assert_eq!(flaws, [], "{title} on {name}");
@@ -165,7 +168,7 @@ fn broken_clips_are_named_and_repaired() {
     let robot = robot("lima");
     let mut found: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
     let mut wrong = Vec::new();
-    for (title, text) in keyframes::builtin() {
+    for (title, text) in keyframes::builtin().step_by(SAMPLE) {
         let clip = own(title, text, &robot);
         for (how, mistake, broken) in broken(&clip) {
             let (repaired, flaws) = lint(&broken, &robot.0, &robot.1).unwrap();

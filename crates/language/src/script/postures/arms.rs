@@ -25,7 +25,7 @@ pub(super) fn arms(piece: &Words<'_>, context: &mut Context, posture: &mut Postu
     let side = side.or(names.then_some(Side::Right))?;
     let (arm, touch, detail) = arm(piece, context, side)?;
     context.arms = Some(side);
-    if touch == Some(Touch::Knee) {
+    if matches!(touch, Some(Touch::Knee | Touch::OtherKnee)) {
         (posture.trunk, posture.sink) = (Some(Turn { pitch: STOOP, ..Turn::default() }), Some(0.1));
     }
     for own in posture.arm(side).into_iter().flatten() {
@@ -109,9 +109,12 @@ fn at_a_place(piece: &Words<'_>, side: Side) -> Option<Placed> {
     if piece.has(&["behind"]) && piece.has(&["head"]) {
         return Some((place(160.0, 40.0, 60.0, 104.0), Some(Touch::Nape), false));
     }
-    let is_of_other = piece.said.sides[1].is_some_and(|knee| knee != side);
-    if on && piece.has(&["knee", "knees", "thigh", "thighs"]) && !is_of_other {
-        return Some((place(62.0, 4.0, 0.0, 15.0), Some(Touch::Knee), !both));
+    if on && piece.has(&["knee", "knees", "thigh", "thighs"]) && !piece.has(&ELBOWS) {
+        let is_of_other = piece.said.sides[1].is_some_and(|knee| knee != side) || piece.has(&["opposite"]);
+        return Some(match is_of_other && !both {
+            true => (place(60.0, -24.0, 10.0, 12.0), Some(Touch::OtherKnee), true),
+            false => (place(62.0, 4.0, 0.0, 15.0), Some(Touch::Knee), !both),
+        });
     }
     if piece.has(&["ear", "ears"]) && !piece.has(&["over", "above", "straight"]) {
         return Some((place(95.0, 40.0, 30.0, 135.0), Some(Touch::Ear), true));

@@ -63,6 +63,9 @@ pub(super) fn legs(piece: &Words<'_>, context: &mut Context, posture: &mut Postu
     if foot == Foot::STANDING && before.is_none_or(|before| before == Foot::STANDING) {
         return None;
     }
+    // "Left foot forward, left foot back": where it stood.
+    let returns = before.is_some_and(|before| before.height == 0.0 && before.to[0] * foot.to[0] < 0.0);
+    let foot = if returns && foot.height == 0.0 { Foot::STANDING } else { foot };
     // A leg reaches far on the ground with bent knees alone.
     if foot.height == 0.0 && foot != Foot::STANDING {
         posture.sink = Some(FAR);
@@ -113,7 +116,13 @@ fn foot(piece: &Words<'_>, side: Side, last_verb: &str) -> Option<(Foot, bool)> 
     }
     // "Left foot back" is a step; a leg's base form is a foot, too.
     if piece.words.iter().any(|word| word == "foot") && !lifts {
-        return None;
+        let to = match () {
+            () if behind => [-0.26, 0.0],
+            () if ahead => [0.26, 0.0],
+            () if aside => [0.0, 0.2 * out],
+            () => return None,
+        };
+        return Some((Foot { to, height: 0.0 }, false));
     }
     match () {
         () if !lifts && !ahead && !behind && !aside => None,

@@ -568,9 +568,10 @@ fn places(piece: &Words<'_>) -> bool {
 
 /// Returns whether a posture only puts limbs down.
 fn is_down(posture: &Posture) -> bool {
-    let mut arms = posture.left_arm.iter().chain(&posture.right_arm);
-    let mut feet = posture.left_foot.iter().chain(&posture.right_foot);
-    !posture.is_empty() && arms.all(|arm| *arm == Arm::HANGING) && feet.all(|foot| *foot == Foot::STANDING)
+    let arms: Vec<&Arm> = posture.left_arm.iter().chain(&posture.right_arm).collect();
+    let feet: Vec<&Foot> = posture.left_foot.iter().chain(&posture.right_foot).collect();
+    let has_limbs = !arms.is_empty() || !feet.is_empty();
+    has_limbs && arms.iter().all(|arm| **arm == Arm::HANGING) && feet.iter().all(|foot| **foot == Foot::STANDING)
 }
 
 /// Returns the posture of standing, of the parts that another one moved.

@@ -27,10 +27,13 @@ const SENTENCES: &str = "sentences.txt";
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  lifelike train language --robot humanoid -o runs/words                     # overnight on two cores
-  lifelike train language --robot my.xml --policy runs/track -o runs/words  # and aligned with its policy
+  # overnight on two cores
+  lifelike train language --robot humanoid -o runs/words
+  # and aligned with its policy
+  lifelike train language --robot my.xml --policy runs/track -o runs/words
   lifelike train language --robot my.xml -o runs/words --hours 0.3 --minutes 20
-  lifelike train language --robot my.xml -o runs/words --dry-run            # the commands, to give them yourself
+  # the commands, to give them yourself
+  lifelike train language --robot my.xml -o runs/words --dry-run
 
 Afterwards `lifelike generate \"wave\" --robot ROBOT --generator FILE` uses what the command names last.")]
 pub struct Args {
@@ -264,8 +267,15 @@ fn perform(step: &Step, output: &Output) -> Result<(), CliError> {
 /// Writes sentences of the splits that nothing was trained on, spread over the data set.
 fn write_sentences(args: &Args) -> Result<(), CliError> {
     let set = CaptionedSet::read(&args.output.join("data"))?;
-    let entries: Vec<_> =
+    let mut entries: Vec<_> =
         set.entries.iter().filter(|entry| matches!(entry.split, Split::Test | Split::HeldOut)).collect();
+    if entries.is_empty() {
+        tracing::warn!(
+            "nothing is held out of {} hours: the test repeats what was trained on; give more --hours",
+            args.hours
+        );
+        entries = set.entries.iter().collect();
+    }
     let count = (args.sentences as usize).min(entries.len());
     let spread = (0..count).map(|number| entries[number * entries.len() / count]);
     let sentences: Vec<&str> = spread.filter_map(|entry| entry.captions.first()).map(String::as_str).collect();
