@@ -38,7 +38,7 @@ pub use reading::Reading;
 
 use crate::error::LanguageError;
 use crate::facts::{Action, Direction, Facts, Relation, Side, Size, Speed};
-use crate::grammar::{Grammar, Show};
+use crate::grammar::{Grammar, Show, Verb};
 use crate::posture::Posture;
 
 /// Returns the words of all phrases of a grammar and of the lexicon, those that say little left out.
@@ -195,11 +195,13 @@ impl Script {
         self.impossible.append(&mut other.impossible);
     }
 
-    /// Returns whether an action needs a time without any foot on the ground.
+    /// Returns whether an action needs a time without any foot on the ground. A hop in place on one leg is left to policies that
+    /// stand on it.
     pub fn leaves_the_ground(&self, grammar: &Grammar) -> bool {
         let actions = self.clauses.iter().flat_map(|clause| &clause.actions);
         let mut verbs = actions.filter_map(|action| grammar.verb(&action.verb).ok());
-        verbs.any(|verb| verb.shows.contains(&Show::Flight))
+        let hops = |verb: &Verb| verb.shows.contains(&Show::OneLeg) && verb.direction == Some(Direction::InPlace);
+        verbs.any(|verb| verb.shows.contains(&Show::Flight) && !hops(verb))
     }
 
     /// Leaves out what cannot be done where something else can, and notes it.

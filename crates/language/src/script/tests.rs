@@ -416,3 +416,11 @@ fn what_is_repeated_and_likened_is_read() {
         assert_eq!(line(text), expected, "{text}");
     }
 }
+
+#[test]
+fn jumps_leave_the_ground_and_hops_in_place_need_a_leg() {
+    let grammar = Grammar::builtin().unwrap();
+    for (text, leaves) in [("jump twice", true), ("hop on the left foot", false), ("hop forward on one leg", true)] {
+        assert_eq!(read(text).leaves_the_ground(&grammar), leaves, "{text}");
+    }
+}
