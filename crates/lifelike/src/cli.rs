@@ -145,8 +145,7 @@ impl GlobalOptions {
 /// # Errors
 /// [`CliError::Usage`] for arguments that are none, else as the command.
 pub fn run(arguments: &[&str]) -> Result<(), CliError> {
-    let cli = Cli::try_parse_from(std::iter::once(&"lifelike").chain(arguments))
-        .map_err(|e| CliError::Usage(e.to_string()))?;
+    let cli = parsed(arguments)?;
     cli.command.run(&cli.options.output())
 }
 
@@ -155,9 +154,11 @@ pub fn run(arguments: &[&str]) -> Result<(), CliError> {
 /// # Errors
 /// As [`run`].
 pub(crate) fn run_part(arguments: &[&str], output: &Output) -> Result<(), CliError> {
-    let cli = Cli::try_parse_from(std::iter::once(&"lifelike").chain(arguments))
-        .map_err(|e| CliError::Usage(e.to_string()))?;
-    cli.command.run(output)
+    parsed(arguments)?.command.run(output)
+}
+
+fn parsed(arguments: &[&str]) -> Result<Cli, CliError> {
+    Cli::try_parse_from(std::iter::once(&"lifelike").chain(arguments)).map_err(|e| CliError::Usage(e.to_string()))
 }
 
 /// Returns the remedy for `--budget.minutes=5`: keys of a plan stand without dashes.

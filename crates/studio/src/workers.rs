@@ -89,13 +89,13 @@ mod tests {
     fn who_waits_for_a_scene_finds_it_in_the_file_and_a_file_keeps_its_comments() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.scene.toml");
-        let of = |seed: u64| Scene { seed, ..Scene::default() };
-        let text = |seed: u64| of(seed).to_toml().unwrap();
+        let scene_of = |seed: u64| Scene { seed, ..Scene::default() };
+        let text = |seed: u64| scene_of(seed).to_toml().unwrap();
         std::fs::write(&path, format!("# mine\n{}", text(1))).unwrap();
         let saved = |seed: u64| {
             let ((saver, saves), (answers, _told)) = (channel(), channel());
             let (answer, mut told) = tokio::sync::oneshot::channel();
-            saver.send(Save { text: text(seed), waits: Some((answer, of(seed))) }).unwrap();
+            saver.send(Save { text: text(seed), waits: Some((answer, scene_of(seed))) }).unwrap();
             drop(saver);
             save(&path, &saves, &answers);
             told.try_recv().unwrap().unwrap().seed

@@ -113,11 +113,6 @@ fn again(last: &[String], piece: &[String]) -> Option<Vec<String>> {
     // "Step right twice, then come back": the same way to the other side.
     let steps = ["step", "steps", "sidestep", "shuffle", "slide", "walk", "walks", "move"];
     if comes_back(piece) && last.iter().any(|word| steps.contains(&word.as_str())) {
-        let mirrored = |word: &String| match word.as_str() {
-            "left" => "right".into(),
-            "right" => "left".into(),
-            _ => word.clone(),
-        };
         let back: Vec<String> = last.iter().map(mirrored).collect();
         return (back != last).then_some(back);
     }
@@ -130,16 +125,15 @@ fn again(last: &[String], piece: &[String]) -> Option<Vec<String>> {
     };
     let is_other = piece.iter().any(|word| word == "other");
     let side = piece.iter().find(|word| *word == "left" || *word == "right");
-    let mirrored = |word: &String| match (is_other, side, word.as_str()) {
-        (true, _, "left") => "right".into(),
-        (true, _, "right") => "left".into(),
-        (_, Some(side), "left" | "right") => side.clone(),
+    let on_side = |word: &String| match side {
+        _ if is_other => mirrored(word),
+        Some(side) if word == "left" || word == "right" => side.clone(),
         _ => word.clone(),
     };
     let names_side = last.iter().any(|word| word == "left" || word == "right");
     // What was said of manner is said anew; "once" stays.
     let kept = last.iter().filter(|word| more.is_empty() || !is_adverb(word));
-    let mut out: Vec<String> = kept.map(mirrored).collect();
+    let mut out: Vec<String> = kept.map(on_side).collect();
     out.extend(more);
     if !names_side && (is_other || side.is_some()) {
         let which = side.map_or("left", String::as_str);
@@ -150,6 +144,15 @@ fn again(last: &[String], piece: &[String]) -> Option<Vec<String>> {
         out.extend(with.split(' ').map(str::to_string));
     }
     Some(out)
+}
+
+/// Returns "left" for "right", and the other way round.
+fn mirrored(word: &String) -> String {
+    match word.as_str() {
+        "left" => "right".into(),
+        "right" => "left".into(),
+        _ => word.clone(),
+    }
 }
 
 /// "Turn around, walk off": who has turned walks ahead.

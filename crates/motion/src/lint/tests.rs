@@ -147,7 +147,7 @@ fn same(a: Mistake, b: Mistake) -> bool {
     }
 }
 
-/// One of so many clips stands for the rest where each is tried in many ways: 90 of each mistake are left.
+/// Every third clip stands for the rest where each is tried in many ways: 90 of each mistake are left.
 const SAMPLE: usize = 3;
 
 #[test]
