@@ -113,7 +113,7 @@ fn again(last: &[String], piece: &[String]) -> Option<Vec<String>> {
     // "Step right twice, then come back": the same way to the other side.
     let steps = ["step", "steps", "sidestep", "shuffle", "slide", "walk", "walks", "move"];
     if comes_back(piece) && last.iter().any(|word| steps.contains(&word.as_str())) {
-        let back: Vec<String> = last.iter().map(mirrored).collect();
+        let back: Vec<String> = last.iter().map(|word| mirrored(word)).collect();
         return (back != last).then_some(back);
     }
     if pace.is_none() && !says_again(piece) {
@@ -147,11 +147,11 @@ fn again(last: &[String], piece: &[String]) -> Option<Vec<String>> {
 }
 
 /// Returns "left" for "right", and the other way round.
-fn mirrored(word: &String) -> String {
-    match word.as_str() {
+fn mirrored(word: &str) -> String {
+    match word {
         "left" => "right".into(),
         "right" => "left".into(),
-        _ => word.clone(),
+        _ => word.into(),
     }
 }
 
