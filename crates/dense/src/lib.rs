@@ -6,6 +6,7 @@
 
 mod adam;
 mod elu;
+mod gru;
 mod layer;
 mod layer_norm;
 mod packed;
@@ -16,6 +17,7 @@ mod weight_gradient;
 
 pub use adam::{AdamStep, Slices, norm};
 pub use elu::{elu, elu_of_vector};
+pub use gru::{Gru, GruMemory, GruSizes, PackedGru};
 pub use layer_norm::layer_norm;
 pub use packed::PackedPerceptron;
 pub use panel::{Channel, ROWS, pack, unpack};

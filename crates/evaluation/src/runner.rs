@@ -187,10 +187,10 @@ impl<'a> Runner<'a> {
         mut change: impl FnMut(usize, &mut [f32]),
     ) -> Result<(), EvaluationError> {
         let (size, joints) = (self.controller.observation().size(), self.controller.robot().joints());
-        for (i, run) in self.runs.iter().enumerate().filter(|(i, _)| in_use(*i)) {
+        for (i, run) in self.runs.iter_mut().enumerate().filter(|(i, _)| in_use(*i)) {
             let measured = measured(self.simulation.as_ref(), &self.ground, self.controller, i);
             let row = &mut self.rows[i * size..(i + 1) * size];
-            self.controller.observe(&run.history, &mut self.scratch, &measured, &run.player, row)?;
+            self.controller.observe(&mut run.history, &mut self.scratch, &measured, &run.player, row)?;
         }
         self.controller.outputs(&mut self.rows, &mut self.work, &mut self.outputs);
         for (i, run) in self.runs.iter_mut().enumerate().filter(|(i, _)| in_use(*i)) {

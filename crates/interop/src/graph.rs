@@ -114,6 +114,11 @@ pub(crate) fn whole(name: &str, value: i64) -> Attribute {
     Attribute { name: Some(name.into()), i: Some(value), kind: Some(2), ..Attribute::default() }
 }
 
+/// A setting of several whole numbers.
+fn wholes(name: &str, values: &[i64]) -> Attribute {
+    Attribute { name: Some(name.into()), ints: values.to_vec(), kind: Some(7), ..Attribute::default() }
+}
+
 fn number(name: &str, value: f32) -> Attribute {
     Attribute { name: Some(name.into()), f: Some(value), kind: Some(1), ..Attribute::default() }
 }
@@ -183,6 +188,15 @@ pub(crate) fn policy(
         x = builder.node("Concat", &[&rest, &codes], &[whole("axis", 1)]);
         width = own + code;
     }
+    if let Some(state) = header.memory {
+        let history = spec.history_size();
+        let codes = memory(builder, &x, file, [size - history, size], (spec.reference.history, state))?;
+        let own: Vec<i64> = (0..size - history).map(|i| i as i64).collect();
+        let own = builder.whole("range.own", &[own.len()], &own);
+        let rest = builder.node("Gather", &[&x, &own], &[whole("axis", 1)]);
+        x = builder.node("Concat", &[&rest, &codes], &[whole("axis", 1)]);
+        width = size - history + state;
+    }
     let columns = orders.map(|orders| &orders.joints[..]);
     x = if header.layers.is_empty() {
         let widths: Vec<usize> = [width].into_iter().chain(header.hidden.iter().copied()).chain([joints]).collect();
@@ -214,6 +228,43 @@ pub(crate) fn bounds(header: &ControllerHeader, limits: &[(f32, f32)]) -> Option
             Some(limits.iter().zip(&header.observation.default_pose).map(within).collect())
         }
     }
+}
+
+/// The last state of the recurrent unit that reads these numbers of a row: ONNX's `GRU`, whose gates come as z, r, n.
+fn memory(
+    builder: &mut Builder,
+    x: &str,
+    file: &Checkpoint,
+    [from, to]: [usize; 2],
+    (steps, state): (usize, usize),
+) -> Result<String, RobotError> {
+    let inputs = (to - from) / steps;
+    let gates = 3 * state;
+    let column = |gate: usize| [state, 0, 2 * state][gate / state] + gate % state;
+    let (mut biases, mut maps) = (Vec::new(), Vec::new());
+    for (name, rows) in [("input", inputs), ("state", state)] {
+        let weight = file.f32s(&format!("actor.memory.{name}.layers.0.weight"), &[rows, gates])?;
+        let bias = file.f32s(&format!("actor.memory.{name}.layers.0.bias"), &[gates])?;
+        let turned: Vec<f32> = (0..gates)
+            .flat_map(|gate| (0..rows).map(move |row| row * gates + column(gate)))
+            .map(|at| weight[at])
+            .collect();
+        biases.extend((0..gates).map(|gate| bias[column(gate)]));
+        maps.push(builder.floats(&format!("actor.memory.{name}"), &[1, gates, rows], &turned));
+    }
+    let biases = builder.floats("actor.memory.bias", &[1, 2 * gates], &biases);
+    let range: Vec<i64> = (from..to).map(|i| i as i64).collect();
+    let range = builder.whole("range.history", &[range.len()], &range);
+    let rows = builder.node("Gather", &[x, &range], &[whole("axis", 1)]);
+    let shape = builder.whole("shape.history", &[3], &[-1, steps as i64, inputs as i64]);
+    let rows = builder.node("Reshape", &[&rows, &shape], &[]);
+    let rows = builder.node("Transpose", &[&rows], &[wholes("perm", &[1, 0, 2])]);
+    let settings = [whole("hidden_size", state as i64), whole("linear_before_reset", 1)];
+    let states = builder.node("GRU", &[&rows, &maps[0], &maps[1], &biases], &settings);
+    let last = builder.whole("step.last", &[], &[steps as i64 - 1]);
+    let last = builder.node("Gather", &[&states, &last], &[whole("axis", 0)]);
+    let axis = builder.whole("axis.direction", &[1], &[0]);
+    Ok(builder.node("Squeeze", &[&last, &axis], &[]))
 }
 
 /// Layers of a network that was not trained here.

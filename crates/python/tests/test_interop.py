@@ -65,6 +65,15 @@ def test_onnxruntime_gives_the_targets_of_recorded_steps(tmp_path, robot, contro
     assert worst < 1e-5, worst
 
 
+def test_a_policy_with_a_memory_is_a_gru_that_gives_its_golden_rows(tmp_path):
+    run, file = tmp_path / "run", tmp_path / "onnx" / "policy.onnx"
+    plan = ["track", "inputs.history=4", "network.memory=16", "ppo.environments=64", "ppo.minibatch=256"]
+    command("train", "tracker", "--plan", *plan, "budget.steps=5000", "-o", run)
+    command("export", run, "--for", "onnx", "-o", file.parent)
+    assert [node.op_type for node in onnx.load(file).graph.node].count("GRU") == 1
+    subprocess.run([sys.executable, PEERS / "replay.py", file], check=True)
+
+
 def test_every_stacks_file_passes_the_checker_and_gives_its_golden_rows(g1):
     _, folder = g1
     files = sorted(folder.rglob("policy.onnx"))

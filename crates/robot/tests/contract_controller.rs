@@ -70,6 +70,69 @@ fn curious(robot: &Arc<Robot>, prior: Option<&Checkpoint>) -> Controller {
     Controller::new(ControllerFile::new(header, &file, prior, robot).unwrap(), Arc::clone(robot)).unwrap()
 }
 
+/// A policy with a memory: a recurrent unit over its last four steps.
+fn remembering(robot: &Arc<Robot>) -> Controller {
+    use lifelike_robot::{ActionSpec, AnchorSpec, ObservationSpec, ReferenceSpec};
+    let reference = ReferenceSpec { frame: true, history: 4, ..Default::default() };
+    let observation = ObservationSpec::new(robot, reference, AnchorSpec::default());
+    let (size, history, joints) = (observation.size(), observation.history_size(), robot.joints());
+    let header = ControllerHeader {
+        memory: Some(16),
+        ..ControllerHeader::new(robot, observation, ActionSpec::Reference { scale: 0.5 }, Vec::new())
+    };
+    let mut file = Checkpoint::new();
+    let maps =
+        [("memory.input", [history / 4, 48]), ("memory.state", [16, 48]), ("mean", [size - history + 16, joints])];
+    for (i, (name, shape)) in maps.into_iter().enumerate() {
+        let weight = numbers(shape[0] * shape[1], 7919 + i, 0.2);
+        file.put_f32(&format!("actor.{name}.layers.0.weight"), &shape, weight).unwrap();
+        file.put_f32(&format!("actor.{name}.layers.0.bias"), &shape[1..], numbers(shape[1], 31, 0.1)).unwrap();
+    }
+    file.put_f64("normalizer.mean", &[size], vec![0.1; size]).unwrap();
+    file.put_f64("normalizer.variance", &[size], vec![0.7; size]).unwrap();
+    file.put_f64("normalizer.settings", &[4], vec![1.0, 1.0, 5.0, 1.0]).unwrap();
+    Controller::new(ControllerFile::new(header, &file, None, robot).unwrap(), Arc::clone(robot)).unwrap()
+}
+
+#[test]
+fn a_policy_with_a_memory_sees_its_own_past_and_forgets_it_where_an_episode_begins() {
+    let (robot, folder) = (lima(), tempfile::tempdir().unwrap());
+    let library = ReferenceLibrary::new(&robot, &[bend(&robot)], None).unwrap();
+    let path = folder.path().join("x.controller.safetensors");
+    remembering(&robot).save(&path).unwrap();
+    let controller = Controller::load(&path, robot.clone()).unwrap();
+    let first = run(&controller, &library, 12);
+    assert_eq!(run(&controller, &library, 12), first);
+    // A robot that stands still: what differs between steps is the reference and the own actions of the past.
+    let state = ControllerState::new(&controller);
+    assert_eq!(state.history.memory.past(), [0.0; 0]);
+    let spec = controller.observation();
+    let own = spec.size() - spec.history_size();
+    let (q, v) = (library.joints_at(3).to_vec(), vec![0.0; robot.joints()]);
+    let measured = MeasuredState {
+        joint_position: &q,
+        joint_velocity: &v,
+        root_orientation: [1.0, 0.0, 0.0, 0.0],
+        root_position: Some([0.0; 3]),
+        linear_velocity_w: Some([0.0; 3]),
+        ..MeasuredState::default()
+    };
+    let (mut state, mut player) = (state, ClipPlayer::new(&library, 0));
+    let (mut targets, mut seen) = (vec![0.0; robot.joints()], Vec::new());
+    for _ in 0..6 {
+        controller.step(&mut state, &measured, &mut player, &mut targets).unwrap();
+        // As the network gets it: normalised, history included.
+        let row = state.observation();
+        seen.push(spec.remembered().iter().map(|&number| row[number]).collect::<Vec<_>>());
+        let newest = &row[spec.size() - spec.history_size() / 4..];
+        let before = &seen[seen.len().saturating_sub(2)];
+        assert_eq!(newest, before, "step {}", seen.len());
+        assert_eq!(&row[own..][..seen[0].len()], &seen[seen.len().saturating_sub(5)]);
+    }
+    controller.begin(&mut state, &measured, &player).unwrap();
+    assert_eq!(state.history.memory.past(), [0.0; 0]);
+}
+
 /// Runs a controller over a still robot and gives all joint targets.
 fn run(controller: &Controller, library: &ReferenceLibrary, steps: usize) -> Vec<f32> {
     let robot = controller.robot();
@@ -163,7 +226,7 @@ fn a_step_allocates_nothing() {
     let curious = curious(&robot, Some(&prior));
     let library = ReferenceLibrary::new(&robot, &[bend(&robot)], None).unwrap();
     let (q, v) = (vec![0.1; robot.joints()], vec![0.0; robot.joints()]);
-    for controller in [plain, curious] {
+    for controller in [plain, curious, remembering(&robot)] {
         let measured = MeasuredState {
             joint_position: &q,
             joint_velocity: &v,
@@ -224,11 +287,11 @@ fn key_bodies_that_nobody_measures_are_computed() {
     };
     let library = ReferenceLibrary::standing(&robot, 0.2).unwrap();
     let player = ClipPlayer::new(&library, 0);
-    let (history, mut scratch) = (History::new(joints), ObservationScratch::new(&controller));
+    let (mut history, mut scratch) = (History::new(joints), ObservationScratch::new(&controller));
     let (mut given, mut computed) = (vec![0.0; size], vec![0.0; size]);
-    controller.observe(&history, &mut scratch, &measured, &player, &mut given).unwrap();
+    controller.observe(&mut history, &mut scratch, &measured, &player, &mut given).unwrap();
     let unmeasured = MeasuredState { key_bodies_w: None, ..measured };
-    controller.observe(&history, &mut scratch, &unmeasured, &player, &mut computed).unwrap();
+    controller.observe(&mut history, &mut scratch, &unmeasured, &player, &mut computed).unwrap();
     given.iter().zip(&computed).for_each(|(a, b)| assert!((a - b).abs() < 1e-5, "{a} {b}"));
 }
 

@@ -2,6 +2,7 @@
 
 use lifelike_checkpoint::{Checkpoint, CheckpointError};
 use lifelike_robot::Alignment;
+use lifelike_robot::observation::Memory;
 
 use crate::rewards::{TERMS, TermValues};
 use crate::terminations::Cause;
@@ -45,6 +46,8 @@ pub struct Episode {
     pub past_measurements: Vec<f32>,
     /// Joint targets of the steps before, the newest first, likewise.
     pub past_targets: Vec<f32>,
+    /// Earlier observations, where the policy sees them.
+    pub memory: Memory,
     /// Terms of the last step's reward.
     pub terms: TermValues,
     /// Mean absolute joint error at the last step (rad).
@@ -77,6 +80,7 @@ impl Episode {
             action_delay: 0,
             past_measurements: Vec::new(),
             past_targets: Vec::new(),
+            memory: Memory::default(),
             terms: [0.0; TERMS.len()],
             joint_error: 0.0,
             failed: None,
@@ -92,6 +96,7 @@ impl Episode {
         (self.finished_segment, self.failed, self.truncated) = (None, None, false);
         (self.episode_return, self.terms) = (0.0, [0.0; TERMS.len()]);
         [&mut self.offset, &mut self.past_measurements, &mut self.past_targets].into_iter().for_each(|x| x.fill(0.0));
+        self.memory.clear();
     }
 
     /// Returns the last step's reward.
@@ -113,7 +118,7 @@ const COUNTERS: usize = 8;
 pub fn save(episodes: &[Episode], checkpoint: &mut Checkpoint, prefix: &str) -> Result<(), CheckpointError> {
     let n = episodes.len();
     let joints = episodes.first().map_or(0, |e| e.last.len());
-    let [measured, waiting] = memory(episodes);
+    let [measured, waiting, seen] = memory(episodes);
     let (mut counters, mut numbers) = (Vec::new(), Vec::new());
     for e in episodes {
         counters.extend([e.number, e.length, e.frame as u64, e.segment_start as u64, e.grace, e.deviated]);
@@ -122,19 +127,21 @@ pub fn save(episodes: &[Episode], checkpoint: &mut Checkpoint, prefix: &str) -> 
         numbers.extend([a.yaw, a.from[0], a.from[1], a.to[0], a.to[1], e.episode_return]);
         numbers.extend(e.last.iter().chain(&e.before).chain(&e.oldest).chain(&e.offset));
         numbers.extend(e.past_measurements.iter().chain(&e.past_targets));
+        numbers.extend(e.memory.numbers());
     }
     checkpoint.put_u64(&format!("{prefix}.counters"), &[n, COUNTERS], counters)?;
     let asked = episodes.iter().flat_map(|e| e.asked).map(|frame| frame as u64).collect();
     checkpoint.put_u64(&format!("{prefix}.asked"), &[n, 2], asked)?;
-    checkpoint.put_f32(&format!("{prefix}.numbers"), &[n, 6 + 4 * joints + measured + waiting], numbers)
+    checkpoint.put_f32(&format!("{prefix}.numbers"), &[n, 6 + 4 * joints + measured + waiting + seen], numbers)
 }
 
-/// Returns how many numbers episodes keep for the sake of delays: of measurements, of joint targets.
-fn memory(episodes: &[Episode]) -> [usize; 2] {
-    episodes.first().map_or([0, 0], |e| [e.past_measurements.len(), e.past_targets.len()])
+/// Returns how many numbers episodes keep: of measurements and of joint targets for the sake of delays, and of observations.
+fn memory(episodes: &[Episode]) -> [usize; 3] {
+    episodes.first().map_or([0; 3], |e| [e.past_measurements.len(), e.past_targets.len(), e.memory.numbers().count()])
 }
 
-/// Reads as many episodes back as `now` are, which tell how much each keeps.
+/// Reads as many episodes back as `now` are, which tell how much each keeps; of so many joints, and numbers that an observation
+/// remembers of each step.
 ///
 /// # Errors
 /// The checkpoint is of another number of environments or joints, or of other delays.
@@ -142,11 +149,11 @@ pub fn load(
     checkpoint: &Checkpoint,
     prefix: &str,
     now: &[Episode],
-    joints: usize,
+    (joints, remembered): (usize, usize),
 ) -> Result<Vec<Episode>, CheckpointError> {
-    let (n, [measured, waiting]) = (now.len(), memory(now));
+    let (n, [measured, waiting, seen]) = (now.len(), memory(now));
     let own = 6 + 4 * joints;
-    let width = own + measured + waiting;
+    let width = own + measured + waiting + seen;
     let counters = checkpoint.u64s(&format!("{prefix}.counters"), &[n, COUNTERS])?;
     let numbers = checkpoint.f32s(&format!("{prefix}.numbers"), &[n, width])?;
     let asked = checkpoint.u64s(&format!("{prefix}.asked"), &[n, 2])?;
@@ -168,7 +175,8 @@ pub fn load(
         observation_delay: c[6],
         action_delay: c[7],
         past_measurements: x[own..own + measured].to_vec(),
-        past_targets: x[own + measured..].to_vec(),
+        past_targets: x[own + measured..width - seen].to_vec(),
+        memory: Memory::from_numbers(&x[width - seen..], remembered),
         ..Episode::new(0)
     });
     Ok(episodes.collect())

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use lifelike_character::rotation::Turn;
 use lifelike_motion::FeatureLayout;
+use lifelike_robot::observation::Memory;
 use lifelike_robot::{
     ClipPlayer, MeasuredState, ObservationInputs, ObservationSpec, ReferenceLibrary, ReferenceStream, Robot,
 };
@@ -41,6 +42,7 @@ pub struct Observed<'a> {
 #[derive(Debug, Clone)]
 pub struct Observer {
     spec: ObservationSpec,
+    remembered: Vec<usize>,
     joints: usize,
     effectors: usize,
     feet: usize,
@@ -52,6 +54,7 @@ impl Observer {
     /// Returns the observer of a robot.
     pub fn new(robot: &Robot, spec: ObservationSpec) -> Self {
         Self {
+            remembered: spec.remembered(),
             spec,
             joints: robot.joints(),
             effectors: robot.effectors.len(),
@@ -71,14 +74,29 @@ impl Observer {
         self.spec.size()
     }
 
-    /// Returns the length of the value function's row: the policy's, less the window that it encodes, then root height
+    /// Returns the length of the last part of the policy's row, which the value function does not see: history or window.
+    fn hidden_size(&self) -> usize {
+        self.spec.window_size() + self.spec.history_size()
+    }
+
+    /// Takes note of an observation as the policy sees it, where it sees earlier ones.
+    pub(crate) fn recall(&self, memory: &mut Memory, row: &mut [f32]) {
+        memory.recall(&self.spec, &self.remembered, row);
+    }
+
+    /// Returns how many numbers of an observation the policy sees again in later steps.
+    pub(crate) fn remembered(&self) -> usize {
+        self.remembered.len()
+    }
+
+    /// Returns the length of the value function's row: the policy's, less history and window, then root height
     /// and its error, errors of root velocities (6), end effectors (3 each) and joints. Path (2, robot's heading
     /// frame) and heading error follow, the steps for which the deviation has lasted, and each foot's share of the
     /// weight.
     ///
     /// The time left is not in it: a truncated episode is valued as if it went on, so the value must not depend on it.
     pub fn critic_size(&self) -> usize {
-        self.actor_size() - self.spec.window_size() + 2 + 6 + 3 * self.effectors + self.joints + 3 + 1 + self.feet
+        self.actor_size() - self.hidden_size() + 2 + 6 + 3 * self.effectors + self.joints + 3 + 1 + self.feet
     }
 
     /// Writes both rows.
@@ -90,7 +108,7 @@ impl Observer {
         let (target, reference) = (player.root(), player.around(0));
         let (position, _) = root(state, i);
         let offset = episode.alignment.laid().offset((target.position, target.orientation), position, heading);
-        let (seen, mut rest) = critic.split_at_mut(actor.len() - self.spec.window_size());
+        let (seen, mut rest) = critic.split_at_mut(actor.len() - self.hidden_size());
         seen.copy_from_slice(&actor[..seen.len()]);
         let height = features[FeatureLayout::HEIGHT];
         take(&mut rest, 2).copy_from_slice(&[height, height - reference[FeatureLayout::HEIGHT]]);
@@ -121,6 +139,7 @@ impl Observer {
             action_before: &episode.before,
             reference: player,
             alignment: episode.alignment,
+            past: episode.memory.past(),
             latent: if self.spec.reference.latent > 0 { player.latent().unwrap_or_default() } else { &[] },
         };
         if self.spec.write(&inputs, out).is_err() {

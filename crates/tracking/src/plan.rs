@@ -261,8 +261,14 @@ impl TrackerPlan {
         match (self.inputs.window.is_empty(), self.network.code) {
             (true, 1..) => Err(wrong("network.code", "0 without inputs.window", self.network.code)),
             (false, 0) => Err(wrong("network.code", "the size of the code of inputs.window", 0)),
+            (false, _) if self.inputs.history > 0 => {
+                Err(wrong("inputs.history", "0 beside inputs.window", self.inputs.history))
+            }
             _ => Ok(()),
         }?;
+        if self.network.memory > 0 && self.inputs.history == 0 {
+            return Err(wrong("network.memory", "0 without inputs.history", self.network.memory).into());
+        }
         match (&self.prior, self.inputs.latent) {
             (None, 1..) => Err(wrong("inputs.latent", "0 without a prior", self.inputs.latent)),
             (Some(_), 0) => Err(wrong("inputs.latent", "the size of the prior's latent code", 0)),
@@ -273,11 +279,12 @@ impl TrackerPlan {
 
     /// Checks that a layout by terms is the only one.
     fn check_terms(&self) -> Result<(), TrackerError> {
-        let ReferenceSpec { future, latent, window, parts, terms, .. } = &self.inputs;
+        let ReferenceSpec { future, latent, window, history, parts, terms, .. } = &self.inputs;
         let others = [
             ("inputs.future", !future.is_empty()),
             ("inputs.latent", *latent > 0),
             ("inputs.window", !window.is_empty()),
+            ("inputs.history", *history > 0),
             ("inputs.parts", !parts.is_empty()),
         ];
         match others.into_iter().find(|(_, other)| *other && !terms.is_empty()) {

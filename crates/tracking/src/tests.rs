@@ -9,7 +9,7 @@ use lifelike_checkpoint::Checkpoint;
 use lifelike_motion::{MotionClip, Provenance};
 use lifelike_robot::controller::PolicyWorkspace;
 use lifelike_robot::observation::Part;
-use lifelike_robot::{ActionSpec, Controller, ControllerFile, ReferenceLibrary, Robot};
+use lifelike_robot::{ActionSpec, Controller, ControllerFile, ReferenceLibrary, ReferenceSpec, Robot};
 use lifelike_sim::randomization::{PushSpec, RandomizationSpec};
 
 mod beginning;
@@ -27,7 +27,7 @@ use super::{Environment, Start, StepOutcome, Trainer};
 use lifelike_report::run::{MetricsRow, RunFolder};
 use lifelike_sim::testing::{Followers, robot};
 use lifelike_train::collective::Alone;
-use lifelike_train::ppo::Iteration;
+use lifelike_train::ppo::{Iteration, NetworkSpec};
 use lifelike_train::{Summary, TrainingRun};
 
 fn clip(name: &str, seconds: f64, amplitude: f64) -> MotionClip {
@@ -316,30 +316,39 @@ fn files(folder: &RunFolder) -> (String, String, Vec<u8>) {
     (text(folder.metrics_path()), text(folder.snapshots_path()), policy)
 }
 
+/// The same run with a recurrent unit over earlier steps in place of the reference's window.
+fn remembering() -> TrackerPlan {
+    let mut p = restless();
+    p.inputs = ReferenceSpec { window: Vec::new(), history: 3, ..p.inputs };
+    p.network = NetworkSpec { encoder: Vec::new(), code: 0, memory: 16, ..p.network };
+    p
+}
+
 /// Metrics, snapshots and the policy of a run that is stopped after each number of iterations given, and resumed.
-fn run(stops: &[u64]) -> (String, String, Vec<u8>) {
+fn run(plan: &TrackerPlan, stops: &[u64]) -> (String, String, Vec<u8>) {
     let place = tempfile::tempdir().unwrap();
-    let plan = restless();
-    let folder = RunFolder::create(place.path().join("run"), &plan).unwrap();
+    let folder = RunFolder::create(place.path().join("run"), plan).unwrap();
     for stop in stops {
-        assert!(go_on(&plan, &folder, Some(*stop)).interrupted);
+        assert!(go_on(plan, &folder, Some(*stop)).interrupted);
     }
-    assert!(!go_on(&plan, &folder, None).interrupted);
+    assert!(!go_on(plan, &folder, None).interrupted);
     files(&folder)
 }
 
 #[test]
 fn a_stopped_and_resumed_run_gives_the_same_bytes_as_one_that_ran_through() {
-    let whole = run(&[]);
-    assert_eq!((whole.0.lines().count(), whole.1.lines().count()), (7, 8));
-    for stops in [&[1][..], &[4], &[3, 5]] {
-        assert!(run(stops) == whole, "{stops:?}");
+    for plan in [restless(), remembering()] {
+        let whole = run(&plan, &[]);
+        assert_eq!((whole.0.lines().count(), whole.1.lines().count()), (7, 8));
+        for stops in [&[1][..], &[4], &[3, 5]] {
+            assert!(run(&plan, stops) == whole, "{stops:?}");
+        }
     }
 }
 
 #[test]
 fn a_killed_run_goes_on_from_its_last_checkpoint_and_gives_the_same_bytes() {
-    let whole = run(&[]);
+    let whole = run(&restless(), &[]);
     let place = tempfile::tempdir().unwrap();
     let plan = restless();
     let folder = RunFolder::create(place.path().join("run"), &plan).unwrap();

@@ -159,6 +159,7 @@ impl Trainer {
         let (observation, network) = (self.environment.observation().clone(), &self.plan.network);
         ControllerHeader {
             encoder: Some((network.encoder.clone(), network.code)).filter(|(_, code)| *code > 0),
+            memory: Some(network.memory).filter(|state| *state > 0),
             provenance: Provenance { prior: self.prior_digest.clone(), steps: self.steps, ..Provenance::default() },
             environment: self.plan.as_environment(&self.robot.name).ok(),
             ..ControllerHeader::new(&self.robot, observation, self.plan.action, network.actor.clone())

@@ -29,6 +29,11 @@ pub trait VectorEnvironment: Send {
         0
     }
 
+    /// Returns the steps that this part consists of, for an encoder that is recurrent; 0 where it has none.
+    fn window_steps(&self) -> usize {
+        0
+    }
+
     /// Returns the length P of a row of [`Self::critic_observations`].
     fn critic_observation_size(&self) -> usize {
         self.observation_size()

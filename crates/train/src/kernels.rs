@@ -7,6 +7,8 @@ use lifelike_nn::parameters::Parameters;
 use lifelike_simd::InstructionSet;
 use rayon::prelude::*;
 
+use crate::encoder::{Encoder, EncoderSizes};
+
 /// A perceptron, and where its numbers stand among those of its module.
 #[derive(Debug, Clone)]
 struct Network {
@@ -26,27 +28,28 @@ impl Network {
 /// The policy's networks.
 #[derive(Debug, Clone)]
 pub(crate) struct ActorKernels {
-    encoder: Option<Network>,
+    encoder: Option<Encoder>,
     mean: Network,
 }
 
 impl ActorKernels {
     /// Packs the networks of a policy's parameters.
-    pub fn new(encoder: Option<&Sizes>, mean: &Sizes, parameters: &Parameters) -> Self {
-        let encoder = encoder.map(|encoder| Network::new(encoder, "encoder.", parameters));
+    pub fn new(encoder: Option<&EncoderSizes>, mean: &Sizes, parameters: &Parameters) -> Self {
+        let encoder = encoder.map(|encoder| encoder.kernels(parameters));
         Self { encoder, mean: Network::new(mean, "mean.", parameters) }
     }
 
     /// Packs other numbers.
     pub fn set(&mut self, values: &[f32]) {
-        for network in self.encoder.iter_mut().chain([&mut self.mean]) {
-            network.packed.set(&values[network.range.clone()]);
+        if let Some(encoder) = &mut self.encoder {
+            encoder.set(values);
         }
+        self.mean.packed.set(&values[self.mean.range.clone()]);
     }
 
     /// Channels of the encoder in a panel; the mean's follow.
     fn first(&self) -> usize {
-        self.encoder.as_ref().map_or(0, |encoder| encoder.packed.channels())
+        self.encoder.as_ref().map_or(0, Encoder::channels)
     }
 
     /// Channels of memory that a pass over a panel takes, zeros at first.
@@ -56,14 +59,12 @@ impl ActorKernels {
 
     /// Numbers of an observation.
     fn inputs(&self) -> usize {
-        let window = self.encoder.as_ref().map_or(0, |e| e.packed.sizes().inputs());
-        window + self.own()
+        self.encoder.as_ref().map_or(0, Encoder::inputs) + self.own()
     }
 
     /// Numbers of an observation before the window.
     fn own(&self) -> usize {
-        let code = self.encoder.as_ref().map_or(0, |e| e.packed.sizes().outputs());
-        self.mean.packed.sizes().inputs() - code
+        self.mean.packed.sizes().inputs() - self.encoder.as_ref().map_or(0, Encoder::outputs)
     }
 
     /// Means of at most [`ROWS`] observations.
@@ -79,13 +80,7 @@ impl ActorKernels {
         let (observed, codes) = mean.inputs(of_mean).split_at_mut(own);
         pack(rows.clone(), observed);
         if let Some(encoder) = &self.encoder {
-            pack(rows.map(|row| &row[own..]), encoder.packed.inputs(of_encoder));
-            encoder.packed.forward(of_encoder);
-            let raw = encoder.packed.outputs(of_encoder);
-            let lengths = lengths(raw);
-            for (code, raw) in codes.iter_mut().zip(raw) {
-                (0..ROWS).for_each(|r| code[r] = raw[r] / lengths[r]);
-            }
+            encoder.forward(of_encoder, rows.map(|row| &row[own..]), codes);
         }
         mean.forward(of_mean);
         unpack(mean.outputs(of_mean), &mut means);
@@ -100,39 +95,31 @@ impl ActorKernels {
         mean.backward(of_mean, self.encoder.is_some());
         let Some(encoder) = &self.encoder else { return };
         let own = self.own();
-        let lengths = lengths(encoder.packed.outputs(of_encoder));
-        let by_code = &mean.by_inputs(of_mean)[own..];
-        // z = e / |e|: what points along z changes nothing.
-        let codes = &mean.values_of_inputs(of_mean)[own..];
-        let mut along = [0.0_f32; ROWS];
-        for (z, by) in codes.iter().zip(by_code) {
-            (0..ROWS).for_each(|r| along[r] += z[r] * by[r]);
-        }
-        for ((to, z), by) in encoder.packed.by_outputs(of_encoder).iter_mut().zip(codes).zip(by_code) {
-            (0..ROWS).for_each(|r| to[r] = (by[r] - along[r] * z[r]) / lengths[r]);
-        }
-        encoder.packed.backward(of_encoder, false);
+        encoder.backward(of_encoder, &mean.values_of_inputs(of_mean)[own..], &mean.by_inputs(of_mean)[own..]);
     }
 
     /// Writes the gradient by the numbers of both networks, from all panels.
     pub fn gradient(&self, panels: &[Channel], gradient: &mut [f32]) {
         let channels = self.channels();
         if let Some(encoder) = &self.encoder {
-            encoder.packed.gradient(panels, channels, 0, &mut gradient[encoder.range.clone()]);
+            encoder.gradient(panels, channels, gradient);
         }
         self.mean.packed.gradient(panels, channels, self.first(), &mut gradient[self.mean.range.clone()]);
     }
 
-    /// Codes of length one of many windows, `[N, window]` to `[N, code]`; none without an encoder.
+    /// Codes of many windows, `[N, window]` to `[N, code]`; none without an encoder.
     pub fn codes(&self, windows: &[f32]) -> Vec<f32> {
         let Some(encoder) = &self.encoder else { return Vec::new() };
-        let (inputs, outputs) = (encoder.packed.sizes().inputs(), encoder.packed.sizes().outputs());
+        let (inputs, outputs) = (encoder.inputs(), encoder.outputs());
         let mut codes = vec![0.0; windows.len() / inputs * outputs];
-        encoder.packed.forward_many(windows, &mut codes);
-        for code in codes.chunks_exact_mut(outputs) {
-            let length = code.iter().map(|z| z * z).sum::<f32>().sqrt().max(1e-6);
-            code.iter_mut().for_each(|z| *z /= length);
-        }
+        let memory = || (vec![Channel::ZERO; encoder.channels()], vec![Channel::ZERO; outputs]);
+        windows.par_chunks(ROWS * inputs).zip(codes.par_chunks_mut(ROWS * outputs)).for_each_init(
+            memory,
+            |(panel, packed), (windows, codes)| {
+                encoder.forward(panel, windows.chunks_exact(inputs), packed);
+                unpack(packed, codes);
+            },
+        );
         codes
     }
 
@@ -153,15 +140,6 @@ impl ActorKernels {
             });
         means
     }
-}
-
-/// Lengths of the codes of a panel (never zero).
-fn lengths(codes: &[Channel]) -> [f32; ROWS] {
-    let mut squares = [0.0_f32; ROWS];
-    for code in codes {
-        squares.iter_mut().zip(code.iter()).for_each(|(sum, z)| *sum += z * z);
-    }
-    squares.map(|square| square.sqrt().max(1e-6))
 }
 
 /// The value function's network.

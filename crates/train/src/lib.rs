@@ -22,6 +22,7 @@
 
 pub mod cart_pole;
 pub mod collective;
+pub mod encoder;
 mod environment;
 mod error;
 pub mod gae;

@@ -5,19 +5,16 @@ use lifelike_dense::Sizes;
 use lifelike_nn::mlp::MlpConfig;
 use lifelike_nn::parameters::{ParameterList, Parameters};
 
+use crate::encoder::EncoderSizes;
 use crate::kernels::{ActorKernels, CriticKernels};
 
 /// Sizes of a policy.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ActorSize<'a> {
-    /// Numbers of an observation, the window included.
+    /// Numbers of an observation, the encoder's included.
     pub inputs: usize,
-    /// Its last numbers, which the encoder reads; 0 without.
-    pub window: usize,
-    /// Hidden layers of the encoder.
-    pub encoder: &'a [usize],
-    /// Size of the code that takes the window's place.
-    pub code: usize,
+    /// Encoder of its last numbers, whose code takes their place.
+    pub encoder: Option<EncoderSizes>,
     /// Hidden layers of the network of the mean.
     pub hidden: &'a [usize],
     /// Numbers out: one per joint.
@@ -26,11 +23,10 @@ pub struct ActorSize<'a> {
 
 /// The policy: the mean from a network, the standard deviation a parameter of its own.
 ///
-/// With an encoder, the window of the reference reaches that network as a code of length one (as in CALM, Tessler et al.
-/// 2023), and encoder and policy learn together from the reward: the end-to-end codes of Table 4.2.
+/// With an encoder, the last part of an observation reaches that network as a code, and both learn together from the reward.
 #[derive(Debug, Clone)]
 pub struct Actor {
-    encoder: Option<Sizes>,
+    encoder: Option<EncoderSizes>,
     mean: Sizes,
     parameters: Parameters,
 }
@@ -42,15 +38,16 @@ impl Actor {
     /// The first policy's mean is near zero.
     pub fn init(size: ActorSize<'_>, std: f64, seed: u64) -> Self {
         let mut list = ParameterList::default();
-        let encoder = (size.window > 0).then(|| MlpConfig::new(size.window, size.encoder, size.code));
+        let ActorSize { encoder, .. } = size;
+        let mut inputs = size.inputs;
         if let Some(encoder) = &encoder {
-            encoder.add_to(&mut list, "encoder", seed, "encoder");
+            encoder.add_to(&mut list, seed);
+            inputs = inputs - encoder.inputs() + encoder.outputs();
         }
-        let inputs = size.inputs - size.window + size.code;
         let mean = MlpConfig::new(inputs, size.hidden, size.outputs).with_output_gain(0.01);
         mean.add_to(&mut list, "mean", seed, "actor");
         list.add(LOG_STD, &[size.outputs], vec![std.ln() as f32; size.outputs]);
-        Self { encoder: encoder.map(|encoder| encoder.sizes()), mean: mean.sizes(), parameters: list.finish() }
+        Self { encoder, mean: mean.sizes(), parameters: list.finish() }
     }
 
     /// Returns its parameters.
@@ -77,7 +74,7 @@ impl Actor {
         ActorKernels::new(self.encoder.as_ref(), &self.mean, &self.parameters)
     }
 
-    /// Codes of length one of normalised windows, `[B, window]` → `[B, code]`; none without an encoder.
+    /// Codes of normalised windows, `[B, window]` → `[B, code]`; none without an encoder.
     pub fn codes(&self, windows: &[f32]) -> Vec<f32> {
         self.kernels().codes(windows)
     }
@@ -157,9 +154,19 @@ impl Critic {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lifelike_dense::Channel;
+    use lifelike_dense::{Channel, GruSizes};
 
-    const SIZE: ActorSize<'_> = ActorSize { inputs: 9, window: 6, encoder: &[8], code: 4, hidden: &[10], outputs: 2 };
+    fn size(encoder: Option<EncoderSizes>) -> ActorSize<'static> {
+        ActorSize { inputs: 9, encoder, hidden: &[10], outputs: 2 }
+    }
+
+    fn unit_code() -> EncoderSizes {
+        EncoderSizes::UnitCode(Sizes::new(&[6, 8, 4]))
+    }
+
+    fn recurrent() -> EncoderSizes {
+        EncoderSizes::Recurrent(GruSizes { inputs: 2, state: 16, steps: 3 })
+    }
 
     /// Σ gradient · means of three rows.
     fn weighed(actor: &Actor, values: &[f32], gradient: &[f32]) -> f64 {
@@ -167,46 +174,53 @@ mod tests {
     }
 
     #[test]
-    fn gradients_through_policy_and_encoder_are_those_of_finite_differences() {
-        let actor = Actor::init(SIZE, 0.4, 3);
-        let values: Vec<f32> = (0..3 * 9).map(|i| ((i * 7) % 11) as f32 * 0.3 - 1.5).collect();
-        let gradient = [1.0, -2.0, 30.0, 0.5, 10.0, -20.0];
-        let kernels = actor.kernels();
-        let mut panel = vec![Channel::ZERO; kernels.channels()];
-        let means = kernels.forward(&mut panel, values.chunks_exact(9));
-        assert_eq!(means, actor.means(&values));
-        kernels.backward(&mut panel, &gradient);
-        let mut by_number = vec![0.0; actor.parameters().len()];
-        kernels.gradient(&panel, &mut by_number);
+    fn gradients_through_policy_and_each_encoder_are_those_of_finite_differences() {
+        for encoder in [unit_code(), recurrent()] {
+            let actor = Actor::init(size(Some(encoder.clone())), 0.4, 3);
+            let values: Vec<f32> = (0..3 * 9).map(|i| ((i * 7) % 11) as f32 * 0.3 - 1.5).collect();
+            let gradient = [1.0, -2.0, 30.0, 0.5, 10.0, -20.0];
+            let kernels = actor.kernels();
+            let mut panel = vec![Channel::ZERO; kernels.channels()];
+            let means = kernels.forward(&mut panel, values.chunks_exact(9));
+            assert_eq!(means, actor.means(&values));
+            kernels.backward(&mut panel, &gradient);
+            let mut by_number = vec![0.0; actor.parameters().len()];
+            kernels.gradient(&panel, &mut by_number);
 
-        let mut compared = 0;
-        for entry in actor.parameters().layout().entries().iter().filter(|entry| entry.name != LOG_STD) {
-            let range = actor.parameters().range(&entry.name);
-            let scale = by_number[range.clone()].iter().fold(0.0_f32, |most, x| most.max(x.abs()));
-            for at in range.step_by(3) {
-                let moved = |by: f32| {
-                    let mut actor = actor.clone();
-                    actor.parameters_mut().values_mut()[at] += by;
-                    weighed(&actor, &values, &gradient)
-                };
-                let slope = (moved(4e-3) - moved(-4e-3)) / 8e-3;
-                let error = (slope - f64::from(by_number[at])).abs();
-                assert!(error < 2e-3 * f64::from(scale), "{} {at}: {slope} {}", entry.name, by_number[at]);
-                compared += 1;
+            let mut compared = 0;
+            for entry in actor.parameters().layout().entries().iter().filter(|entry| entry.name != LOG_STD) {
+                let range = actor.parameters().range(&entry.name);
+                let scale = by_number[range.clone()].iter().fold(0.0_f32, |most, x| most.max(x.abs()));
+                for at in range.step_by(3) {
+                    let moved = |by: f32| {
+                        let mut actor = actor.clone();
+                        actor.parameters_mut().values_mut()[at] += by;
+                        weighed(&actor, &values, &gradient)
+                    };
+                    let slope = (moved(4e-3) - moved(-4e-3)) / 8e-3;
+                    let error = (slope - f64::from(by_number[at])).abs();
+                    assert!(
+                        error < 2e-3 * f64::from(scale),
+                        "{encoder:?} {} {at}: {slope} {}",
+                        entry.name,
+                        by_number[at]
+                    );
+                    compared += 1;
+                }
             }
+            assert!(compared > 60, "{compared}");
         }
-        assert!(compared > 60, "{compared}");
     }
 
     #[test]
     fn a_code_has_length_one_whatever_the_window() {
-        let actor = Actor::init(SIZE, 0.4, 3);
+        let actor = Actor::init(size(Some(unit_code())), 0.4, 3);
         let codes = actor.codes(&(0..12).map(|i| i as f32 - 5.0).collect::<Vec<_>>());
         assert_eq!(codes.len(), 8);
         for code in codes.chunks_exact(4) {
             assert!((code.iter().map(|z| z * z).sum::<f32>() - 1.0).abs() < 1e-5);
         }
-        let plain = Actor::init(ActorSize { window: 0, code: 0, ..SIZE }, 0.4, 3);
+        let plain = Actor::init(size(None), 0.4, 3);
         assert!(plain.codes(&[0.0; 6]).is_empty());
     }
 }

@@ -36,7 +36,7 @@ use crate::collective::Collective;
 use crate::environment::VectorEnvironment;
 use crate::gae::{Discounts, advantages};
 use crate::gaussian::entropy;
-use crate::networks::{Actor, ActorSize, Critic};
+use crate::networks::{Actor, Critic};
 
 /// Both networks with everything that learning changes.
 pub struct Learner {
@@ -101,15 +101,7 @@ impl Learner {
         collective: Arc<dyn Collective>,
     ) -> Self {
         let (o, p) = (environment.observation_size(), environment.critic_observation_size());
-        let size = ActorSize {
-            inputs: o,
-            window: environment.window_size(),
-            encoder: &network.encoder,
-            code: network.code,
-            hidden: &network.actor,
-            outputs: environment.action_size(),
-        };
-        let actor = Actor::init(size, spec.initial_std, seed);
+        let actor = Actor::init(network.actor_of(environment), spec.initial_std, seed);
         let critic = Critic::init(p, &network.critic, seed);
         let mut learner = Self {
             spec: *spec,

@@ -23,7 +23,8 @@ pub(super) fn reach(pelvis: &Quat, hip: &Vec3, ankle: &Vec3, foot: &Quat, forwar
     let lift = (SHANK * bend.sin() / distance).clamp(-1.0, 1.0).asin();
     // The frame of a straight leg along the line: z against it, y to the left.
     let left = -side;
-    let straight = Quat::from_matrix(&nalgebra::Matrix3::from_columns(&[left.cross(&-down), left, -down]));
+    let axes = nalgebra::Matrix3::from_columns(&[left.cross(&-down), left, -down]);
+    let straight = Quat::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(axes));
     let about_y = |angle: f64| Quat::from_axis_angle(&Vec3::y_axis(), angle);
     let thigh = straight * about_y(-lift);
     let shank = thigh * about_y(bend);

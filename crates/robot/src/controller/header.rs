@@ -30,6 +30,9 @@ pub struct ControllerHeader {
     pub layers: Vec<Layer>,
     /// Hidden layers of the encoder of its window, and the size of its code, where it has one.
     pub encoder: Option<(Vec<usize>, usize)>,
+    /// Size of the state of the recurrent unit that reads its history, where it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub memory: Option<usize>,
     /// The motion prior whose encoder it carries.
     pub prior: Option<PriorHeader>,
     /// Training that it comes from.
@@ -69,6 +72,7 @@ impl ControllerHeader {
             hidden,
             layers: Vec::new(),
             encoder: None,
+            memory: None,
             prior: None,
             provenance: Provenance::default(),
             environment: None,

@@ -39,6 +39,8 @@ pub struct Controller {
     robot: Arc<Robot>,
     file: ControllerFile,
     actions: ActionMap,
+    /// [`ObservationSpec::remembered`] of its layout.
+    remembered: Vec<usize>,
 }
 
 impl Controller {
@@ -49,7 +51,8 @@ impl Controller {
     pub fn new(file: ControllerFile, robot: Arc<Robot>) -> Result<Self, RobotError> {
         file.check(&robot)?;
         let actions = ActionMap::new(file.header().action, &robot);
-        Ok(Self { robot, file, actions })
+        let remembered = file.header().observation.remembered();
+        Ok(Self { robot, file, actions, remembered })
     }
 
     /// Reads a controller.
@@ -146,6 +149,7 @@ impl Controller {
         }
         self.actions.holding(measured.joint_position, self.target_joints(reference), &mut history.last);
         history.before.copy_from_slice(&history.last);
+        history.memory.clear();
         history.begun = true;
         Ok(())
     }
@@ -173,13 +177,13 @@ impl Controller {
         Ok(())
     }
 
-    /// Writes the observation of the present state, not normalised, `[O]`.
+    /// Writes the observation of the present state, not normalised, `[O]`, and takes note of it where the policy sees its past.
     ///
     /// # Errors
     /// As [`Self::step`].
     pub fn observe(
         &self,
-        history: &History,
+        history: &mut History,
         scratch: &mut ObservationScratch,
         measured: &MeasuredState<'_>,
         reference: &dyn ReferenceStream,
@@ -205,6 +209,7 @@ impl Controller {
         };
         spec.write(
             &ObservationInputs {
+                past: history.memory.past(),
                 measured: &measured,
                 joint_offset: &history.joint_offset,
                 last_action: &history.last,
@@ -214,7 +219,9 @@ impl Controller {
                 latent,
             },
             row,
-        )
+        )?;
+        history.memory.recall(spec, &self.remembered, row);
+        Ok(())
     }
 
     /// Writes the policy's outputs `[N, J]` for observations `[N, O]`, which are normalised in place.

@@ -1,22 +1,86 @@
 //! The frozen policy: normalisation, the encoder of its own where it has one, and the network of the mean.
+//!
+//! Both networks are of several kinds. A further one is a file in `network`, an entry here, and a key of the header.
 
 use lifelike_checkpoint::{Checkpoint, CheckpointError};
+use lifelike_dense::{GruMemory, GruSizes};
 
 use super::header::ControllerHeader;
 use crate::error::RobotError;
-use crate::network::{Mlp, Normalizer, Stack, Workspace};
+use crate::network::{Gru, Mlp, Normalizer, Stack, Workspace};
 
 /// Prefixes of its arrays in a file.
 const MEAN: &str = "actor.mean";
 const ENCODER: &str = "actor.encoder";
+const MEMORY: &str = "actor.memory";
 const NORMALIZER: &str = "normalizer";
 
 /// Observations to outputs, deterministic: the mean of the trained Gaussian.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrozenPolicy {
     normalizer: Normalizer,
-    encoder: Option<Mlp>,
+    encoder: Option<Encoder>,
     mean: Network,
+}
+
+/// The network that reads the last part of an observation, whose code takes that part's place.
+#[derive(Debug, Clone, PartialEq)]
+enum Encoder {
+    /// Of a window of the reference, its code brought to length one.
+    UnitCode(Mlp),
+    /// Of the robot's own history.
+    Recurrent(Gru),
+}
+
+impl Encoder {
+    /// Reads the encoder of a header, where it has one.
+    fn load(file: &Checkpoint, header: &ControllerHeader) -> Result<Option<Self>, RobotError> {
+        let spec = &header.observation;
+        if let Some(state) = header.memory {
+            let steps = spec.reference.history;
+            if steps == 0 || state == 0 || !state.is_multiple_of(GruSizes::MULTIPLE) {
+                return Err(RobotError::Mismatch {
+                    what: "size of the state of a policy's memory".into(),
+                    expected: format!("a multiple of {}, and inputs.history above 0", GruSizes::MULTIPLE),
+                    got: format!("{state}, and a history of {steps} steps"),
+                });
+            }
+            let sizes = GruSizes { inputs: spec.history_size() / steps, state, steps };
+            return Ok(Some(Self::Recurrent(Gru::load(file, MEMORY, sizes)?)));
+        }
+        let window = spec.window_size();
+        let (hidden, code) = header.encoder.clone().unwrap_or_default();
+        if (window > 0) != (code > 0) {
+            return Err(RobotError::Mismatch {
+                what: format!("size of the code of a window of {window} numbers"),
+                expected: if window > 0 { "above 0" } else { "0" }.into(),
+                got: code.to_string(),
+            });
+        }
+        let load = || Mlp::load(file, ENCODER, window, &hidden, code);
+        Ok((code > 0).then(load).transpose()?.map(Self::UnitCode))
+    }
+
+    fn save_into(&self, file: &mut Checkpoint) -> Result<(), CheckpointError> {
+        match self {
+            Self::UnitCode(mlp) => mlp.save_into(file, ENCODER),
+            Self::Recurrent(unit) => unit.save_into(file, MEMORY),
+        }
+    }
+
+    fn inputs(&self) -> usize {
+        match self {
+            Self::UnitCode(mlp) => mlp.inputs(),
+            Self::Recurrent(unit) => unit.inputs(),
+        }
+    }
+
+    fn outputs(&self) -> usize {
+        match self {
+            Self::UnitCode(mlp) => mlp.outputs(),
+            Self::Recurrent(unit) => unit.outputs(),
+        }
+    }
 }
 
 /// The network of the mean.
@@ -48,6 +112,7 @@ impl Network {
 #[derive(Debug, Clone, Default)]
 pub struct PolicyWorkspace {
     network: Workspace,
+    memory: GruMemory,
     windows: Vec<f32>,
     codes: Vec<f32>,
     rows: Vec<f32>,
@@ -69,18 +134,10 @@ impl FrozenPolicy {
     /// Reads the networks of a header, whose sizes the arrays must confirm.
     pub(super) fn load(file: &Checkpoint, header: &ControllerHeader) -> Result<Self, RobotError> {
         let spec = &header.observation;
-        let (size, window, joints) = (spec.size(), spec.window_size(), spec.joints.len());
+        let (size, joints) = (spec.size(), spec.joints.len());
         let normalizer = Normalizer::load(file, NORMALIZER, size)?;
-        let (hidden, code) = header.encoder.clone().unwrap_or_default();
-        if (window > 0) != (code > 0) {
-            return Err(RobotError::Mismatch {
-                what: format!("size of the code of a window of {window} numbers"),
-                expected: if window > 0 { "above 0" } else { "0" }.into(),
-                got: code.to_string(),
-            });
-        }
-        let encoder = (code > 0).then(|| Mlp::load(file, ENCODER, window, &hidden, code)).transpose()?;
-        let inputs = (size - window).saturating_add(code);
+        let encoder = Encoder::load(file, header)?;
+        let inputs = encoder.as_ref().map_or(size, |e| size.saturating_sub(e.inputs()).saturating_add(e.outputs()));
         let mean = match &header.layers[..] {
             [] => Network::Mlp(Mlp::load(file, MEAN, inputs, &header.hidden, joints)?),
             layers => Network::Stack(Stack::load(file, MEAN, inputs, layers)?),
@@ -98,7 +155,7 @@ impl FrozenPolicy {
     pub(super) fn save_into(&self, file: &mut Checkpoint) -> Result<(), CheckpointError> {
         self.normalizer.save_into(file, NORMALIZER)?;
         if let Some(encoder) = &self.encoder {
-            encoder.save_into(file, ENCODER)?;
+            encoder.save_into(file)?;
         }
         match &self.mean {
             Network::Mlp(mlp) => mlp.save_into(file, MEAN),
@@ -116,8 +173,7 @@ impl FrozenPolicy {
         &self.normalizer
     }
 
-    /// Returns the codes of its own encoder for observations `[N, O]`, `[N, code]`, each of length one; none where it has
-    /// no encoder. Observations are normalised in place.
+    /// Returns the codes of its own encoder for observations `[N, O]`, `[N, code]`; none where it has no encoder. Observations are normalised in place.
     ///
     /// # Panics
     /// `rows` is no multiple of the observation's length.
@@ -131,13 +187,18 @@ impl FrozenPolicy {
     }
 
     /// Writes the codes of windows at the ends of normalised rows.
-    fn encode(&self, encoder: &Mlp, rows: &[f32], work: &mut PolicyWorkspace) {
+    fn encode(&self, encoder: &Encoder, rows: &[f32], work: &mut PolicyWorkspace) {
         let (window, code, size) = (encoder.inputs(), encoder.outputs(), self.normalizer.size());
         work.windows.clear();
         work.windows.extend(rows.chunks_exact(size).flat_map(|row| &row[size - window..]));
         work.codes.resize(work.windows.len() / window * code, 0.0);
-        encoder.forward(&work.windows, &mut work.network, &mut work.codes);
-        work.codes.chunks_exact_mut(code).for_each(to_unit_length);
+        match encoder {
+            Encoder::UnitCode(mlp) => {
+                mlp.forward(&work.windows, &mut work.network, &mut work.codes);
+                work.codes.chunks_exact_mut(code).for_each(to_unit_length);
+            }
+            Encoder::Recurrent(unit) => unit.forward(&work.windows, &mut work.memory, &mut work.codes),
+        }
     }
 
     /// Writes the outputs `[N, J]` (not clamped) for observations `[N, O]`, which are normalised in place.

@@ -6,7 +6,7 @@ use super::Controller;
 use super::policy::PolicyWorkspace;
 use super::prior::PriorScratch;
 use crate::action::ActionSpec;
-use crate::observation::MeasuredState;
+use crate::observation::{MeasuredState, Memory};
 use crate::reference::Alignment;
 use crate::robot::Robot;
 
@@ -21,6 +21,8 @@ pub struct History {
     pub joint_offset: Vec<f32>,
     /// Place of the reference's world in the robot's.
     pub alignment: Alignment,
+    /// Earlier observations, where the policy sees them.
+    pub memory: Memory,
     /// An episode was begun.
     pub begun: bool,
 }
@@ -33,16 +35,18 @@ impl History {
             before: vec![0.0; joints],
             joint_offset: vec![0.0; joints],
             alignment: Alignment::default(),
+            memory: Memory::default(),
             begun: false,
         }
     }
 
-    /// Takes an output as the last action. An output that is no number says nothing: it counts as zero.
+    /// Takes an output as the last action, after which a step is over. An output that is no number says nothing: it counts as zero.
     pub(super) fn remember(&mut self, spec: ActionSpec, output: &[f32]) {
         std::mem::swap(&mut self.last, &mut self.before);
         for (last, y) in self.last.iter_mut().zip(output) {
             *last = if y.is_finite() { spec.clamp_output(*y) } else { 0.0 };
         }
+        self.memory.advance();
     }
 }
 

@@ -1,11 +1,11 @@
 //! Frozen networks: trained weights in plain arrays, without a training framework.
 //!
-//! [`Mlp`] (the policy and its own window encoder), [`Stack`] (policies of other stacks), [`ConvEncoder`] and [`ComponentEncoder`] (the
-//! motion prior's), [`Normalizer`]. A pass works in a
-//! [`Workspace`] that the caller keeps, so passes of the same size allocate nothing of ours after the first.
+//! [`Mlp`] (the policy and its own window encoder), [`Gru`] (the reader of its history), [`Stack`] (policies of other stacks),
+//! [`ConvEncoder`] and [`ComponentEncoder`] (the motion prior's), [`Normalizer`]. A pass works in a [`Workspace`] that the caller keeps, so passes of the same size allocate nothing of ours after the first.
 
 mod components;
 mod conv;
+mod gru;
 mod mlp;
 mod normalizer;
 mod stack;
@@ -15,6 +15,7 @@ mod workspace;
 pub use components::ComponentEncoder;
 pub use conv::ConvEncoder;
 pub(crate) use conv::ConvSizes;
+pub use gru::Gru;
 pub use mlp::Mlp;
 pub use normalizer::Normalizer;
 pub use stack::{Layer, Stack};

@@ -52,4 +52,6 @@ pub struct ObservationInputs<'a> {
     pub alignment: Alignment,
     /// Latent code z_t, `[latent]`; empty without.
     pub latent: &'a [f32],
+    /// Own states of earlier steps, the oldest first, `[history · remembered]`; empty without, or before the first step.
+    pub past: &'a [f32],
 }

@@ -5,10 +5,12 @@
 
 mod chain;
 mod inputs;
+mod memory;
 mod part;
 mod spec;
 
 pub use chain::Chain;
 pub use inputs::{MeasuredState, ObservationInputs};
+pub use memory::Memory;
 pub use part::{Part, Sensor, Source};
 pub use spec::{AnchorSpec, ObservationSpec, ReferenceSpec};

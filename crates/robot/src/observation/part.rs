@@ -50,6 +50,8 @@ pub enum Source {
     Action,
     /// The motion to follow.
     Reference,
+    /// Own states and actions of earlier steps, as they were seen then.
+    Past,
 }
 
 impl Source {
@@ -58,7 +60,7 @@ impl Source {
         match self {
             Self::Measured(sensor) => !matches!(sensor, Sensor::Heading | Sensor::Place),
             Self::Action => true,
-            Self::Reference => false,
+            Self::Reference | Self::Past => false,
         }
     }
 }
@@ -183,6 +185,19 @@ pub(super) struct Declaration {
     pub(super) write: fn(&ObservationSpec, &Scene<'_>, usize, &mut [f32]) -> Result<(), Wrong>,
 }
 
+impl Declaration {
+    /// Returns true for what `inputs.history` repeats of earlier steps: sensors, and the last action.
+    ///
+    /// Key bodies follow from the joints, and the action before from the step before.
+    pub(super) fn is_remembered(&self) -> bool {
+        match self.source {
+            Source::Measured(sensor) => !matches!(sensor, Sensor::KeyBodies | Sensor::Heading | Sensor::Place),
+            Source::Action => self.name == "last_action",
+            Source::Reference | Source::Past => false,
+        }
+    }
+}
+
 fn always(_: &ObservationSpec) -> Occurs<'_> {
     Occurs::Once(true)
 }
@@ -193,7 +208,7 @@ fn joints(spec: &ObservationSpec) -> usize {
 
 /// All parts, in the order of their numbers. A new part is one entry here that occurs where a layout has it `named`,
 /// so that older policies keep their layout. Plans ask for it in `inputs.parts`, or in `inputs.terms`, which is a
-/// whole layout. The window stays last: an encoder takes it from the end.
+/// whole layout. History and window stay last: an encoder takes one of them from the end.
 pub(super) const PARTS: &[Declaration] = &[
     Declaration {
         name: "root_height",
@@ -430,6 +445,20 @@ pub(super) const PARTS: &[Declaration] = &[
             // The first two columns, row by row.
             let m = (own.1.inverse() * reference.1).to_rotation_matrix().into_inner();
             copy(&[m.m11, m.m12, m.m21, m.m22, m.m31, m.m32], out)
+        },
+    },
+    Declaration {
+        name: "history",
+        source: Source::Past,
+        occurs: |spec| Occurs::Once(spec.reference.history > 0),
+        size: ObservationSpec::history_size,
+        write: |_, scene, _, out| match scene.inputs.past {
+            // Before the first step: `Memory::recall` fills it in.
+            [] => {
+                out.fill(0.0);
+                Ok(())
+            }
+            past => copy(past, out),
         },
     },
     Declaration {

@@ -2,7 +2,7 @@
 
 use super::chain::Chain;
 use super::inputs::ObservationInputs;
-use super::part::{Declaration, Occurs, PARTS, Part, Scene};
+use super::part::{Declaration, Occurs, PARTS, Part, Scene, Source};
 use crate::error::RobotError;
 use crate::robot::Robot;
 
@@ -26,6 +26,12 @@ pub struct ReferenceSpec {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schemars(extend("unit" = "policy steps"), inner(range(min = -1000, max = 1000)))]
     pub window: Vec<i32>,
+    /// Earlier steps of its own sensors and actions that the policy sees (policy steps); 0: none.
+    ///
+    /// With `network.memory` a recurrent unit reads them.
+    #[serde(default, skip_serializing_if = "is_none")]
+    #[schemars(extend("unit" = "policy steps"), range(min = 0, max = 256))]
+    pub history: usize,
     /// Further parts of the observation that it sees, by name.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<String>,
@@ -108,6 +114,14 @@ const TERMS: [&str; 17] = [
 
 /// The largest latent code that is believed.
 const LATENT_MAX: usize = 1 << 16;
+
+/// The longest history that is believed (steps).
+const HISTORY_MAX: usize = 256;
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde hands out a reference
+fn is_none(n: &usize) -> bool {
+    *n == 0
+}
 
 fn seen() -> bool {
     true
@@ -228,6 +242,33 @@ impl ObservationSpec {
         self.reference.window.len() * self.frame_size()
     }
 
+    /// Length of the history: the last numbers of an observation, where it has one.
+    pub fn history_size(&self) -> usize {
+        if self.reference.history == 0 {
+            return 0;
+        }
+        self.reference.history
+            * self.before_history().filter(|(part, _)| part.is_remembered()).map(|(_, n)| n).sum::<usize>()
+    }
+
+    /// The declarations of the parts before the history, and their lengths.
+    fn before_history(&self) -> impl Iterator<Item = (&'static Declaration, usize)> {
+        let before = self.declarations().take_while(|part| part.source != Source::Past);
+        before.map(|part| (part, self.occurs(part).count() * (part.size)(self)))
+    }
+
+    /// The numbers of an observation that a history repeats, in order.
+    pub fn remembered(&self) -> Vec<usize> {
+        let (mut numbers, mut start) = (Vec::new(), 0);
+        for (part, size) in self.before_history() {
+            if part.is_remembered() {
+                numbers.extend(start..start + size);
+            }
+            start += size;
+        }
+        numbers
+    }
+
     /// The parts of an observation, in order and without gaps.
     pub fn parts(&self) -> Vec<Part> {
         let mut parts = Vec::new();
@@ -270,6 +311,13 @@ impl ObservationSpec {
                 expected: "a body of the robot behind hinges, or none for the root".into(),
                 got: self.reference.anchor_body.clone(),
             });
+        }
+        if self.reference.history > HISTORY_MAX {
+            return mismatch("steps of its history", format!("at most {HISTORY_MAX}"), self.reference.history);
+        }
+        if self.reference.history > 0 && !(self.reference.window.is_empty() && self.reference.terms.is_empty()) {
+            let expected = "none beside inputs.window and inputs.terms".to_string();
+            return mismatch("steps of its history (inputs.history)", expected, self.reference.history);
         }
         let known = |name: &String| PARTS.iter().any(|part| part.name == name && (part.occurs)(self).count() > 0);
         if let Some(unknown) = self.reference.parts.iter().find(|name| !known(name)) {

@@ -119,6 +119,7 @@ fn observe(robot: &Robot, spec: &ObservationSpec, state: &State, reference: &Fra
         reference: &reference,
         alignment: Alignment::default(),
         latent: &latent,
+        past: &[],
     };
     let mut out = vec![f32::NAN; spec.size()];
     spec.write(&inputs, &mut out).unwrap();
@@ -263,6 +264,7 @@ fn wrong_lengths_and_layouts_are_refused_by_name() {
         reference: &reference,
         alignment: Alignment::default(),
         latent: &[0.0; 63],
+        past: &[],
     };
     let error = spec.write(&inputs, &mut vec![0.0; spec.size()]).unwrap_err();
     assert!(matches!(&error, RobotError::Mismatch { expected, got, .. } if expected == "64" && got == "63"), "{error}");

@@ -140,7 +140,7 @@ impl StateEstimator {
         let parts = controller.observation().parts();
         let mut sensors = parts.iter().filter_map(|part| match part.source {
             Source::Measured(sensor) => Some(sensor),
-            Source::Action | Source::Reference => None,
+            Source::Action | Source::Reference | Source::Past => None,
         });
         sensors.any(|sensor| matches!(sensor, Sensor::RootLinearVelocity | Sensor::RootHeight | Sensor::Place))
     }

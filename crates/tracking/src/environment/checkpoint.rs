@@ -65,7 +65,8 @@ impl Environment {
         })?;
         self.advance_curriculum();
         self.statistics = EpisodeStatistics::restored(&numbers("recent")?, numbers("survival")?);
-        self.episodes = episode::load(checkpoint, &key("episodes"), &self.episodes, self.setup.robot.joints())?;
+        let sizes = (self.setup.robot.joints(), self.setup.observer.remembered());
+        self.episodes = episode::load(checkpoint, &key("episodes"), &self.episodes, sizes)?;
         Ok(())
     }
 }

@@ -83,9 +83,11 @@ impl StepEvaluator<'_> {
             let (reach, turn) = (ObservationSpec::ANCHOR_REACH, ObservationSpec::ANCHOR_TURN);
             episode.alignment = episode.alignment.re_anchored(clip.0, &offset, reach, turn);
         }
+        episode.memory.advance();
         let observed = Observed { state: self.state, i, episode, library, features, heading };
         self.setup.observer.write(&observed, actor, critic);
         self.setup.sensors.measure(actor, episode, || self.setup.stream("sense", i, self.step));
+        self.setup.observer.recall(&mut episode.memory, actor);
     }
 
     fn reward(&self, i: usize, episode: &mut Episode, features: &[f32], offset: &Offset) {

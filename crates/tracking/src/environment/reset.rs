@@ -76,7 +76,9 @@ impl Environment {
             let episode = &mut self.episodes[i];
             let (number, a) = (episode.number, self.setup.observer.actor_size());
             let rng = || self.setup.stream("first sense", i, number);
-            self.setup.sensors.measure(&mut self.rows.actor[i * a..(i + 1) * a], episode, rng);
+            let row = &mut self.rows.actor[i * a..(i + 1) * a];
+            self.setup.sensors.measure(row, episode, rng);
+            self.setup.observer.recall(&mut episode.memory, row);
         }
         Ok(())
     }

@@ -35,12 +35,13 @@ impl Environment {
     /// Lets the policies of the plan's `teachers` teach, each its clips.
     ///
     /// # Errors
-    /// They are not as many, a clip has no teacher, or a teacher sees latent codes of another size.
+    /// They are not as many, a clip has no teacher, or a teacher sees latent codes of another size, or earlier steps.
     pub fn set_teachers(&mut self, controllers: Vec<Controller>) -> Result<(), TrackerError> {
         let (plan, library) = (&self.setup.plan, &self.setup.library);
         expect("policies of the plan's teachers", plan.teachers.len(), controllers.len())?;
         for (controller, spec) in controllers.iter().zip(&plan.teachers) {
             let (header, of) = (controller.header(), spec.policy.display());
+            expect(&format!("earlier steps that the teacher {of} sees"), 0, header.observation.reference.history)?;
             let latent = header.observation.reference.latent;
             if latent > 0 {
                 expect(&format!("latent codes that the teacher {of} sees"), plan.inputs.latent, latent)?;

@@ -21,7 +21,12 @@ impl VectorEnvironment for Environment {
     }
 
     fn window_size(&self) -> usize {
-        self.observation().window_size()
+        let (spec, network) = (self.observation(), &self.setup.plan.network);
+        if network.memory > 0 { spec.history_size() } else { spec.window_size() }
+    }
+
+    fn window_steps(&self) -> usize {
+        if self.setup.plan.network.memory > 0 { self.observation().reference.history } else { 0 }
     }
 
     fn critic_observation_size(&self) -> usize {

@@ -63,6 +63,29 @@ fn what_is_measured_is_seen_late_and_the_reference_on_time() {
 }
 
 #[test]
+fn a_history_is_the_policys_own_earlier_rows_with_their_noise_and_delay() {
+    let mut p = exact(plan(1));
+    p.termination = Termination::NONE;
+    p.sensors = SensorSpec { joint_velocity_noise: 0.1, observation_delay: 2, ..SensorSpec::default() };
+    let plain = environment(&p);
+    p.inputs.history = 3;
+    let mut e = environment(&p);
+    let spec = e.observation().clone();
+    let (remembered, own) = (spec.remembered(), spec.size() - spec.history_size());
+    // It is behind the others, and the value function does not see it.
+    assert_eq!((own, e.critic_size()), (plain.actor_size(), plain.critic_size()));
+    let told = rows(&mut e, 12);
+    for (t, (row, _)) in told.iter().enumerate() {
+        for (k, seen) in row[own..].chunks_exact(remembered.len()).enumerate() {
+            let then = &told[(t + k).saturating_sub(3)].0;
+            let expected: Vec<f32> = remembered.iter().map(|&number| then[number]).collect();
+            assert_eq!(seen, expected, "step {t}, {} before", 3 - k);
+        }
+    }
+    assert_ne!(told[11].0[own..][..remembered.len()], told[11].0[spec.size() - remembered.len()..]);
+}
+
+#[test]
 fn targets_reach_the_motors_late() {
     let run = |action_delay: u32, actions: [f32; 6]| {
         let mut p = exact(plan(1));

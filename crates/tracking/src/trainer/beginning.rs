@@ -53,12 +53,12 @@ impl Trainer {
         self.alike(path, &other)?;
         let (policy, new_parts) = self.inputs(path, &other.observation)?;
         let same = self.environment.observation().size() == other.observation.size() && new_parts.is_empty();
-        if !same && other.encoder.is_some() {
+        if !same && (other.encoder.is_some() || other.memory.is_some()) {
             let expected = format!("none beside {}, which are new to it", new_parts.join(", "));
             return Err(mismatch(path, "encoder", expected, "one".into()));
         }
-        // The value function sees the policy's parts less the window, and then what only a simulation knows.
-        let own = |spec: &ObservationSpec| spec.size() - spec.window_size();
+        // The value function sees the policy's parts less history and window, and then what only a simulation knows.
+        let own = |spec: &ObservationSpec| spec.size() - spec.window_size() - spec.history_size();
         let (now, before) = (own(self.environment.observation()), own(&other.observation));
         let known = self.environment.critic_size() - now;
         let mut value = policy[..now].to_vec();
@@ -78,6 +78,7 @@ impl Trainer {
                 ("action", format!("{:?}", header.action)),
                 ("hidden layers", format!("{:?}", header.hidden)),
                 ("encoder", format!("{:?}", header.encoder)),
+                ("memory", format!("{:?}", header.memory)),
                 ("prior", prior(header)),
             ]
         };

@@ -78,9 +78,9 @@ mod tests {
 
     #[test]
     fn it_follows_at_once_and_later_looks_back_over_a_share() {
-        let size = ActorSize { inputs: 2, window: 0, encoder: &[], code: 0, hidden: &[], outputs: 1 };
+        let size = ActorSize { inputs: 2, encoder: None, hidden: &[], outputs: 1 };
         // Without hidden layers the outputs are linear in the parameters: their means are the mean's outputs.
-        let policies: Vec<Actor> = (1..=4_u8).map(|i| Actor::init(size, f64::from(i), i.into())).collect();
+        let policies: Vec<Actor> = (1..=4_u8).map(|i| Actor::init(size.clone(), f64::from(i), i.into())).collect();
         let said = |actor: &Actor| [actor.means(&[30.0, -20.0])[0], actor.log_std()[0]];
         let mut average = PolicyAverage::new(&policies[3]);
         let mut expected = [0.0; 2];

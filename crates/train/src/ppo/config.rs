@@ -1,6 +1,11 @@
 //! Settings of the algorithm and sizes of its networks, as plans have them.
 
-use crate::limits::{PlanError, range, whole};
+use lifelike_dense::{GruSizes, Sizes};
+
+use crate::VectorEnvironment;
+use crate::encoder::EncoderSizes;
+use crate::limits::{PlanError, range, whole, wrong};
+use crate::networks::ActorSize;
 use crate::plan;
 
 /// Proximal policy optimization (Schulman et al. 2017).
@@ -119,6 +124,12 @@ pub struct NetworkSpec {
     #[serde(skip_serializing_if = "is_zero")]
     #[schemars(extend("unit" = "1"), range(min = 0, max = 1u64 << 16))]
     pub code: usize,
+    /// Size of the state of a gated recurrent unit that reads `inputs.history`; 0: the policy sees those steps themselves.
+    ///
+    /// A multiple of 16.
+    #[serde(skip_serializing_if = "is_zero")]
+    #[schemars(extend("unit" = "1"), range(min = 0, max = 1024))]
+    pub memory: usize,
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref)] // serde hands out a reference
@@ -128,7 +139,7 @@ fn is_zero(n: &usize) -> bool {
 
 impl Default for NetworkSpec {
     fn default() -> Self {
-        Self { actor: vec![256, 128], critic: vec![256, 128], encoder: Vec::new(), code: 0 }
+        Self { actor: vec![256, 128], critic: vec![256, 128], encoder: Vec::new(), code: 0, memory: 0 }
     }
 }
 
@@ -138,6 +149,30 @@ impl NetworkSpec {
     /// # Errors
     /// The key, the range and the value.
     pub fn check(&self) -> Result<(), PlanError> {
-        plan::check("network", self)
+        plan::check("network", self)?;
+        match self.memory % GruSizes::MULTIPLE {
+            0 => Ok(()),
+            _ => Err(wrong("network.memory", "a multiple of 16", self.memory)),
+        }
+    }
+
+    /// Returns the encoder of the last numbers of an environment's observation: a recurrent unit over `steps` steps of
+    /// them, or a perceptron; none where neither has a size.
+    fn encoder_of(&self, window: usize, steps: usize) -> Option<EncoderSizes> {
+        if self.memory > 0 && steps > 0 {
+            return Some(EncoderSizes::Recurrent(GruSizes { inputs: window / steps, state: self.memory, steps }));
+        }
+        let widths = [window].into_iter().chain(self.encoder.iter().copied()).chain([self.code]);
+        (window > 0).then(|| EncoderSizes::UnitCode(Sizes::new(&widths.collect::<Vec<_>>())))
+    }
+
+    /// Returns the sizes of the policy of an environment.
+    pub fn actor_of<E: VectorEnvironment>(&self, environment: &E) -> ActorSize<'_> {
+        ActorSize {
+            inputs: environment.observation_size(),
+            encoder: self.encoder_of(environment.window_size(), environment.window_steps()),
+            hidden: &self.actor,
+            outputs: environment.action_size(),
+        }
     }
 }

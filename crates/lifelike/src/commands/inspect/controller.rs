@@ -41,13 +41,14 @@ fn controller(
     });
     output.result(&value, || {
         let mut text = format!(
-            "{}: a controller for '{}' at {} Hz, {} inputs, hidden layers {:?}, {} outputs, trained for {} steps\n\
+            "{}: a controller for '{}' at {} Hz, {} inputs, hidden layers {:?}{}, {} outputs, trained for {} steps\n\
              golden vectors: reproduced\noutput: {}\n",
             path.display(),
             header.robot,
             header.control_hz,
             header.observation.size(),
             header.hidden,
+            header.memory.map(|state| format!(", a memory of {state} numbers")).unwrap_or_default(),
             header.observation.joints.len(),
             header.provenance.steps,
             json!(header.action)
@@ -100,5 +101,6 @@ fn origin(source: Source) -> &'static str {
         Source::Measured(_) => "a state estimator",
         Source::Action => "the controller's own outputs",
         Source::Reference => "the motion to follow",
+        Source::Past => "the steps before",
     }
 }
