@@ -140,8 +140,8 @@ fn memory(episodes: &[Episode]) -> [usize; 3] {
     episodes.first().map_or([0; 3], |e| [e.past_measurements.len(), e.past_targets.len(), e.memory.numbers().count()])
 }
 
-/// Reads as many episodes back as `now` are, which tell how much each keeps; of so many joints, and numbers that an observation
-/// remembers of each step.
+/// Reads as many episodes back as `now` are, which tell how much each keeps. The last numbers are the joints, and the numbers
+/// of a step that its memory has.
 ///
 /// # Errors
 /// The checkpoint is of another number of environments or joints, or of other delays.

@@ -1,4 +1,4 @@
-//! Numbers of a motion that are given: its beginning, body parts.
+//! Numbers of a motion that are given: its beginning, body parts, poses at moments.
 
 /// Values, and which of them are known.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,6 +31,15 @@ impl Known {
         self
     }
 
+    /// With these tokens known, each the same.
+    #[must_use]
+    pub fn tokens(mut self, tokens: std::ops::Range<usize>, token: &[f32]) -> Self {
+        let at = tokens.start * self.width..(tokens.end * self.width).min(self.mask.len());
+        self.mask[at.clone()].fill(true);
+        self.values[at].chunks_exact_mut(self.width.max(1)).for_each(|own| own.copy_from_slice(token));
+        self
+    }
+
     /// Puts what is known in its place.
     pub fn put(&self, motion: &mut [f32]) {
         for ((x, value), known) in motion.iter_mut().zip(&self.values).zip(&self.mask) {
@@ -57,5 +66,6 @@ mod tests {
         assert_eq!(known(nothing().prefix(2)), [1.0, 2.0, 3.0, 4.0, 0.0, 0.0]);
         assert_eq!(known(nothing().columns(&[1, 7])), [0.0, 2.0, 0.0, 4.0, 0.0, 6.0]);
         assert_eq!(known(nothing().prefix(100)), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        assert_eq!(known(nothing().tokens(1..3, &[7.0, 8.0])), [0.0, 0.0, 7.0, 8.0, 7.0, 8.0]);
     }
 }

@@ -1,4 +1,4 @@
-//! Parts of a motion that are given before it is made: its beginning, or some of its columns throughout.
+//! Parts of a motion that are given before it is made: its beginning, some of its columns throughout, or poses at moments.
 
 use super::Generator;
 use crate::GenerationError;
@@ -17,6 +17,17 @@ pub enum Given {
         /// The columns: height, velocity, yaw rate and up axis of the root, then joint angles, then their velocities.
         columns: Vec<usize>,
     },
+    /// Poses at moments, in which it stands still.
+    Poses(Vec<Pose>),
+}
+
+/// A pose at a moment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pose {
+    /// The moment (s).
+    pub seconds: f64,
+    /// A row of a motion: its height, up axis and joint angles count.
+    pub row: Vec<f32>,
 }
 
 impl Given {
@@ -60,6 +71,10 @@ impl Given {
                 let part = FeatureMatrix::new(motion.rows[..rows * motion.width].to_vec(), motion.width)?;
                 Ok(standardized(space.encode(&part)?).columns(columns))
             }
+            Self::Poses(poses) => {
+                let nothing = Known::nothing(vec![0.0; space.tokens(rows) * space.width()], space.width());
+                poses.iter().try_fold(nothing, |known, pose| pose.add_to(known, generator, rows))
+            }
         }
     }
 
@@ -69,6 +84,31 @@ impl Given {
         for (row, given) in rows.rows.chunks_exact_mut(rows.width).zip(motion.rows.chunks_exact(motion.width)) {
             columns.iter().for_each(|&column| row[column] = given[column]);
         }
+    }
+}
+
+impl Pose {
+    /// Returns what is known with this pose.
+    fn add_to(&self, known: Known, generator: &Generator, rows: usize) -> Result<Known, GenerationError> {
+        let space = generator.space();
+        let spec = space.spec();
+        let row = (self.seconds * spec.fps).round();
+        if !(row >= 0.0 && row < rows as f64) {
+            let last = (rows - 1) as f64 / spec.fps;
+            let expected = format!("0 to {last} s, the motion's duration");
+            return Err(GenerationError::mismatch("time of a pose", expected, format!("{} s", self.seconds)));
+        }
+        if self.row.len() != spec.width() {
+            return Err(GenerationError::mismatch("numbers of a pose", spec.width(), self.row.len()));
+        }
+        let mut token = self.row[..space.width()].to_vec();
+        // It stands: velocity and yaw rate of the root, and of the joints where a token has them.
+        token[RepresentationSpec::VELOCITY.start..=RepresentationSpec::YAW_RATE].fill(0.0);
+        if let Some(rates) = token.get_mut(spec.velocities()) {
+            rates.fill(0.0);
+        }
+        generator.standardizer().standardize(&mut token);
+        Ok(known.tokens(space.around(row as usize, rows), &token))
     }
 }
 

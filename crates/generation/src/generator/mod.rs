@@ -6,7 +6,7 @@ mod grounded;
 mod sample;
 
 pub use file::{Generator, GeneratorHeader};
-pub use given::{Given, join};
+pub use given::{Given, Pose, join};
 pub use grounded::grounded;
 pub use sample::{Generated, SampleOptions};
 

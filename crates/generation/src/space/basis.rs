@@ -48,6 +48,14 @@ impl Basis {
         if whole == 0 { 0 } else { whole.min(spans) + 3 }
     }
 
+    /// Returns the control points on which a row depends: where they are equal, the curve stands there.
+    pub(super) fn around(&self, row: usize) -> std::ops::Range<usize> {
+        let row = self.weights[0].row(row.min(self.weights[0].nrows().saturating_sub(1)));
+        let first = row.iter().position(|weight| *weight > 0.0).unwrap_or(0);
+        let last = row.iter().rposition(|weight| *weight > 0.0).unwrap_or(0);
+        first..last + 1
+    }
+
     /// Returns the control points of the curves nearest to the rows, `[rows, curves]`, by least squares. Fewer rows than
     /// the basis has are its first ones; the curves go on straight where no row holds them.
     pub(super) fn fit(&self, rows: &[f64], curves: usize) -> Vec<f32> {

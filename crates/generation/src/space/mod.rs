@@ -108,6 +108,14 @@ impl MotionSpace {
         Ok((tokens, basis.settled(rows.n)))
     }
 
+    /// Returns the tokens that alone decide a row of a motion of that length.
+    pub fn around(&self, row: usize, rows: usize) -> std::ops::Range<usize> {
+        match self.basis(rows) {
+            None => row..row + 1,
+            Some(basis) => basis.around(row),
+        }
+    }
+
     /// Returns the rows of tokens.
     ///
     /// # Errors

@@ -5,6 +5,7 @@ mod made;
 mod maker;
 mod path;
 mod play;
+mod pose;
 mod prompts;
 mod softened;
 mod spoken;
@@ -57,6 +58,7 @@ Examples:
   lifelike generate \"a person walks\" --then \"a person turns left\" --as-is --candidates 8 \\
       -o walk.motion.safetensors
   lifelike generate \"a person kicks\" --best-of 16 --by physics -o kick.motion.safetensors
+  lifelike generate \"a person waves\" --pose builtin:bow:1.2@2 --seconds 4
   lifelike generate \"a person waves\" --keep-legs walk.motion.safetensors \\
       -o both.motion.safetensors
   lifelike generate \"wave with the left hand\" --path \"1,0 1,1 0,1\" --physics
@@ -147,6 +149,10 @@ pub struct Args {
     /// Take the arms from this clip.
     #[arg(long, value_name = "CLIP")]
     pub keep_arms: Option<PathBuf>,
+    /// Be in the pose of a clip's frame at this time of the motion (s), and stand there; may be given several times. CLIP:TIME
+    /// is the frame at a time of the clip, its first one where not given.
+    #[arg(long, value_name = "CLIP@SECONDS", conflicts_with_all = ["prompts", "then", "path", "script", "live", "keep_legs", "keep_arms"])]
+    pub pose: Vec<pose::PoseAt>,
     /// Play the result in physics and write a page to look at.
     #[arg(long = "physics", group = "tracked")]
     pub play: bool,
@@ -176,7 +182,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         return live::run(args, output);
     }
     let robot = Arc::new(Robot::load(&args.robot)?);
-    let as_is = args.as_is || args.keep_legs.is_some() || args.keep_arms.is_some();
+    let as_is = args.as_is || args.keep_legs.is_some() || args.keep_arms.is_some() || !args.pose.is_empty();
     let maker = match maker(args, &robot) {
         Ok(maker) => Some(maker),
         // The grammar's rules need no network.
@@ -408,6 +414,10 @@ fn maker(args: &Args, robot: &Arc<Robot>) -> Result<Maker, CliError> {
         options.seconds.get_or_insert(seconds);
         kept
     });
+    let kept = match &args.pose[..] {
+        [] => kept,
+        poses => Some(pose::read(poses, robot, &generator)?),
+    };
     Ok(Maker { robot: Arc::clone(robot), generator, critic, strength, options, kept })
 }
 

@@ -50,6 +50,7 @@ fn a_sentence_becomes_a_clip_and_what_is_none_is_refused() {
     the_best_comes_first(at, generator);
     parts_follow_each_other(at, generator);
     limbs_are_kept(at, generator);
+    poses_are_passed_through(at, generator);
     lines_become_clips(at, generator);
     physics_is_played(at, generator);
 
@@ -138,6 +139,29 @@ fn limbs_are_kept(at: &Path, generator: &str) {
     let long =
         [&words[..], &["--keep-legs", "walk.motion.safetensors", "--seconds", "2.5", "-o", "x.motion.safetensors"]];
     assert!(refused(at, &long.concat()).contains("length asked for"));
+}
+
+/// At a moment the robot is in the pose that was given, whatever the network makes of the rest.
+fn poses_are_passed_through(at: &Path, generator: &str) {
+    let words = ["generate", "a person waves", "--generator", generator, "--seconds", "3"];
+    let posed = ["--pose", "builtin:wave:1.0@1", "--pose", "builtin:bow:1.2@2.5", "-o", "posed.motion.safetensors"];
+    json(at, &[&words[..], &posed].concat());
+    let made = container::read(&at.join("posed.motion.safetensors")).unwrap();
+    assert!(made.provenance.source.contains("with poses of 'builtin:wave' at 1 s"), "{}", made.provenance.source);
+    let robot = Robot::load("lima").unwrap();
+    for (name, then, now) in [("builtin:wave", 1.0, 1.0), ("builtin:bow", 1.2, 2.5)] {
+        let own = clips::load_one(Path::new(name), &robot).unwrap();
+        let frame =
+            |clip: &lifelike_motion::MotionClip, t: f64| clip.joints_at((t * clip.fps).round() as usize).to_vec();
+        let (expected, got) = (frame(&own, then), frame(&made, now));
+        for (j, joint) in made.joint_names.iter().enumerate().filter(|(_, joint)| joint.contains("shoulder")) {
+            assert!((expected[j] - got[j]).abs() < 0.03, "{name}, {joint}: {} for {}", got[j], expected[j]);
+        }
+    }
+    let late = [&words[..], &["--pose", "builtin:bow@9", "-o", "x.motion.safetensors"]].concat();
+    assert!(refused(at, &late).contains("time of a pose"));
+    let beyond = [&words[..], &["--pose", "builtin:bow:99@1", "-o", "x.motion.safetensors"]].concat();
+    assert!(refused(at, &beyond).contains("expected a time of 'bow'"));
 }
 
 /// A file of prompts becomes a folder of clips; a bad line is named before anything is written.

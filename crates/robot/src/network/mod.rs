@@ -1,7 +1,8 @@
 //! Frozen networks: trained weights in plain arrays, without a training framework.
 //!
-//! [`Mlp`] (the policy and its own window encoder), [`Gru`] (the reader of its history), [`Stack`] (policies of other stacks),
-//! [`ConvEncoder`] and [`ComponentEncoder`] (the motion prior's), [`Normalizer`]. A pass works in a [`Workspace`] that the caller keeps, so passes of the same size allocate nothing of ours after the first.
+//! [`Mlp`] is the policy, and the encoder of its own window. [`Gru`] reads its history, [`Stack`] is a policy of another stack.
+//! [`ConvEncoder`] and [`ComponentEncoder`] are the motion prior's. A [`Normalizer`] comes before. A pass works in a [`Workspace`]
+//! that the caller keeps, so passes of the same size allocate nothing of ours after the first.
 
 mod components;
 mod conv;

@@ -2,7 +2,7 @@
 
 use super::spec::ObservationSpec;
 
-/// What one robot saw in earlier steps, the oldest first.
+/// Memory of the earlier steps of one robot, the oldest first.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Memory {
     /// `[history · remembered]`; empty before the first step.

@@ -33,11 +33,11 @@ pub struct Maker {
     pub strength: f64,
     /// Settings of one part.
     pub options: SampleOptions,
-    /// Part of a clip that every candidate keeps.
+    /// What every candidate keeps of clips.
     pub kept: Option<Kept>,
 }
 
-/// A part of the body, kept from a clip.
+/// A part of the body kept from a clip, or poses.
 pub struct Kept {
     given: Given,
     words: String,
@@ -57,6 +57,11 @@ pub struct Candidate {
 }
 
 impl Kept {
+    /// Returns what is given of a motion, in words, under a licence.
+    pub fn new(given: Given, words: String, licence: String) -> Self {
+        Self { given, words, licence }
+    }
+
     /// Reads a part of the body (`legs`, `arms`) of a clip, with the root where that part carries it. Returns it with
     /// the duration of the clip (s), at most the longest of the generator.
     pub fn read(
@@ -72,7 +77,7 @@ impl Kept {
         let seconds = (rows.n.saturating_sub(1) as f64 / spec.fps).min(generator.header().max_seconds);
         let joints = joints_of(&robot.character, &robot.anatomy, &[part.to_string()])?;
         let given = Given::joints(rows, spec, &joints, root)?;
-        let words = format!("{part} of '{}'", clip.name);
+        let words = format!("the {part} of '{}'", clip.name);
         Ok((Self { given, words, licence: clip.provenance.licence }, seconds))
     }
 }
@@ -162,7 +167,7 @@ impl Maker {
         let provenance = &mut clip.provenance;
         provenance.captions = parts.map(caption).collect();
         if let Some(kept) = &self.kept {
-            provenance.source += &format!(", with the {}", kept.words);
+            provenance.source += &format!(", with {}", kept.words);
             let known = kept.licence.is_empty() || provenance.licence.split("; ").any(|own| own == kept.licence);
             if !known {
                 provenance.licence += &format!("; {}", kept.licence);
