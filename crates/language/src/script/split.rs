@@ -41,7 +41,8 @@ fn says_together(pieces: &mut Vec<(Join, Vec<String>)>) -> bool {
     if let [.., (_, before), (Join::With, one), (Join::And, words), (Join::With, other)] = &pieces[..]
         && !before.is_empty()
         && words.len() > 1
-        && [one, other].iter().all(|limbs| limbs.iter().any(is_limb))
+        && one.iter().any(is_limb)
+        && other.iter().all(|word| is_limb(word) || ["the", "your", "left", "right"].contains(&word.as_str()))
         && (says(one, "left") && says(other, "right") || says(one, "right") && says(other, "left"))
     {
         let at = pieces.len() - 2;
@@ -211,7 +212,7 @@ fn without_list_numbers(text: &str) -> String {
 }
 
 /// Phrases with words that join elsewhere, and units of several words, as one word; longer ones first.
-const ONE_WORD: [(&str, &str); 26] = [
+const ONE_WORD: [(&str, &str); 28] = [
     ("after this", "then"),
     ("head , shoulders , knees and toes", "headandtoes"),
     ("head , shoulders , knees , toes", "headandtoes"),
@@ -238,6 +239,8 @@ const ONE_WORD: [(&str, &str); 26] = [
     ("m per seconds", "mpers"),
     ("km per hour", "kmperh"),
     ("n", "and"),
+    ("strait", "straight"),
+    ("and den", "and then"),
 ];
 
 /// Openings that ask for what follows, longer ones first.
