@@ -83,7 +83,7 @@ const RESTS: [&str; 13] = [
 pub(super) fn plain_geometry(words: Vec<String>) -> Vec<String> {
     let words = at_heights(by_the_horizontal(level_with_the_floor(words)));
     let words = as_letters(named_lower_limbs(at_the_pockets(named_sides(named_ones(words)))));
-    let words = without_details(with_fingers(beside_the_other_foot(words)));
+    let words = without_details(hands_below_elbows(with_fingers(without_ears(beside_the_other_foot(words)))));
     at_rest(hanging_beside(bent_to(looking_ahead(without_straight_joints(words)))))
 }
 
@@ -235,6 +235,54 @@ fn named_ones(mut words: Vec<String>) -> Vec<String> {
         if let Some(limb) = words[..at - 1].iter().rev().find(|word| LIMBS.contains(&word.as_str())).filter(|_| is_one)
         {
             words[at] = limb.clone();
+        }
+    }
+    words
+}
+
+/// Drops "by the ear" of an arm that is up, and "from your side" of one that goes up.
+fn without_ears(mut words: Vec<String>) -> Vec<String> {
+    let is_beside = |words: &[String], at: usize| {
+        let [begin, _] = piece_of(words, at);
+        let near =
+            has(&["by", "beside", "near", "to", "against"], words.get(at - 2)) && has(&ARTICLES, words.get(at - 1));
+        let is_arm = words[begin..at].iter().any(|word| word == "arm" || word == "arms");
+        near && is_arm && has(&["ear", "ears"], words.get(at))
+    };
+    if let Some(at) = (2..words.len()).find(|at| is_beside(&words, *at)) {
+        let next = usize::from(at > 2 && words[at - 3] == "next");
+        words.drain(at - 2 - next..=at);
+    }
+    let is_begin = |words: &[String], at: usize| {
+        let rest = words.get(at + 1..piece_of(words, at)[1]).unwrap_or_default();
+        words[at - 2] == "from"
+            && has(&ARTICLES, words.get(at - 1))
+            && has(&["side", "sides"], words.get(at))
+            && rest.iter().any(|word| ["up", "to", "over"].contains(&word.as_str()))
+            && !has(&["to"], words.get(at + 1))
+    };
+    if let Some(at) = (2..words.len()).find(|at| is_begin(&words, *at)) {
+        words.drain(at - 2..=at);
+    }
+    words
+}
+
+/// "Elbows at shoulder height, hands hanging": the forearms hang.
+fn hands_below_elbows(mut words: Vec<String>) -> Vec<String> {
+    for at in 1..words.len() {
+        let [begin, end] = piece_of(&words, at);
+        let name = match words[at].as_str() {
+            "hands" => "forearms",
+            "hand" => "forearm",
+            _ => continue,
+        };
+        let opens = words[begin..at].iter().all(|word| ARTICLES.contains(&word.as_str()));
+        let says =
+            words[at + 1..end].iter().any(|word| ["hanging", "pointing", "hang", "point"].contains(&word.as_str()));
+        let [before, _] = piece_of(&words, begin.saturating_sub(1));
+        let of_elbows = words[before..begin].iter().any(|word| word == "elbows" || word == "elbow");
+        if begin > 0 && opens && says && of_elbows {
+            words[at] = name.into();
         }
     }
     words
@@ -423,6 +471,9 @@ mod tests {
                 "salute with your right hand and put the left behind your back",
                 "salute with your right hand and put the left hand behind your back",
             ),
+            ("left arm up by the ear", "left arm up"),
+            ("bring the hand from your side up to your chest", "bring the hand up to your chest"),
+            ("elbows high, hands hanging down", "elbows high , forearms hanging down"),
             ("go back to the kitchen", "go back to the kitchen"),
         ] {
             assert_eq!(normal(text).join(" "), plain, "{text}");

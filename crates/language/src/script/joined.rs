@@ -3,7 +3,7 @@
 use super::limbs::is_above;
 use super::reader::{Reader, name};
 use super::said::said;
-use super::split::Join;
+use super::split::{Join, is_participle};
 use super::{Clause, Script};
 use crate::facts::{Action, Direction, Side};
 use crate::grammar::{Acts, Verb};
@@ -35,8 +35,8 @@ impl Reader<'_> {
     /// Puts a comma before the verb of "while bowing spread your arms".
     pub(super) fn opened(&self, mut words: Vec<String>) -> Vec<String> {
         let opens = matches!(words.as_slice(), [first, second, ..]
-            if ["while", "whilst", "when"].contains(&first.as_str()) && second.ends_with("ing"));
-        let is_main = |word: &String| self.phrases.is_main_verb(word) && !word.ends_with("ing");
+            if ["while", "whilst", "when"].contains(&first.as_str()) && is_participle(second));
+        let is_main = |word: &String| self.phrases.is_main_verb(word) && !is_participle(word);
         if let Some(at) = words.iter().position(is_main).filter(|_| opens && !words.iter().any(|word| word == ",")) {
             words.insert(at, ",".into());
         }
@@ -60,7 +60,8 @@ impl Reader<'_> {
             "on",
         ];
         let is_along = |at: &usize| {
-            self.phrases.is_participle(&words[*at])
+            is_participle(&words[*at])
+                && self.phrases.is_main_verb(&words[*at])
                 && words.get(at + 1).is_some_and(|word| OBJECTS.contains(&word.as_str()))
                 && WAYS.contains(&words[at - 1].as_str())
         };

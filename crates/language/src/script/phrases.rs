@@ -370,11 +370,6 @@ impl Phrases {
         self.forms.contains_key(word)
     }
 
-    /// Returns whether a word is a verb's participle: "waving", but not "swing".
-    pub fn is_participle(&self, word: &str) -> bool {
-        word.ends_with("ing") && self.is_main_verb(word) && self.base(word) != word
-    }
-
     /// Returns whether a word is a verb in some form, and nothing else: "turns" and "steps" are nouns, too.
     pub fn is_main_verb(&self, word: &str) -> bool {
         let base = self.forms.get(word);

@@ -2,9 +2,16 @@
 
 use super::geometry::plain_geometry;
 use super::said::number;
+use super::split::is_participle;
 
 /// Phrases and plainer ones; an empty one says nothing.
-const PLAIN: [(&str, &str); 79] = [
+const PLAIN: [(&str, &str); 82] = [
+    ("walk up and down", "pace the room"),
+    ("walks up and down", "pace the room"),
+    ("pace up and down", "pace the room"),
+    ("paces up and down", "pace the room"),
+    ("walk back and forth", "pace the room"),
+    ("pace back and forth", "pace the room"),
     ("wait a seconds", "wait 1 seconds"),
     ("wait for a seconds", "wait 1 seconds"),
     ("pause a seconds", "wait 1 seconds"),
@@ -47,9 +54,6 @@ const PLAIN: [(&str, &str); 79] = [
     ("half way", "halfway"),
     ("as high as you can", "high"),
     ("as high as possible", "high"),
-    ("next to the ear", ""),
-    ("next to your ear", ""),
-    ("beside your ear", ""),
     ("in one go", "at the same time"),
     ("in one move", "at the same time"),
     ("in one movement", "at the same time"),
@@ -332,7 +336,7 @@ fn going_on(mut words: Vec<String>) -> Vec<String> {
     while at + 1 < words.len() {
         let carries = is_one_of(&words, at, &["carry", "carries", "go", "goes"]) && words[at + 1] == "on";
         let length = if carries { 2 } else { usize::from(is_one_of(&words, at, &GOES_ON)) };
-        let is_doing = words.get(at + length).is_some_and(|word| word.ends_with("ing") && word.len() > 5);
+        let is_doing = words.get(at + length).is_some_and(|word| is_participle(word));
         if length > 0 && is_doing {
             words.drain(at..at + length);
             // After a comma it is no participle of what is done before.

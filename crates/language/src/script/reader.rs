@@ -9,7 +9,7 @@ use super::phrases::{Fit, Meaning, Phrases};
 use super::said::{Said, said};
 use super::situations::Situations;
 use super::spelling::spelt;
-use super::split::{Join, normal, pieces};
+use super::split::{Join, is_participle, normal, pieces};
 use super::turns::{beyond, paced};
 use super::{Clause, Impossible, Script};
 use crate::checks::SignalName;
@@ -257,7 +257,8 @@ impl<'a> Reader<'a> {
         for (join, words) in pieces {
             let fit = self.fit(&words);
             // "Walks, waving": a participle is at once.
-            let is_participle = words.first().is_some_and(|word| self.phrases.is_participle(word));
+            let is_participle =
+                words.first().is_some_and(|word| is_participle(word) && self.phrases.is_main_verb(word));
             let join = if join == Join::Comma && is_participle { Join::While } else { join };
             // "One hand on the hip, the other waving": the other hand, meanwhile.
             let is_paired = out.last().is_some_and(|last| last.words.iter().any(|word| word == "one"));

@@ -461,6 +461,41 @@ fn limbs_are_read_by_joint_and_place() {
         ),
         ("hang your head and let your shoulders drop", "head forward 25; then trunk forward 10"),
         (
+            "right hand on the back of your neck, left arm hanging",
+            "left arm down, right arm up 136 degrees, elbow bent 104, touching the back of the head",
+        ),
+        ("stand on the left leg, right foot tucked behind the left calf", "right foot up behind"),
+        (
+            "arms crossed over chest with hands on opposite shoulders",
+            "both arms ahead 65 degrees, elbow bent 95, touching the other shoulder",
+        ),
+        (
+            "left leg back, toes on the floor, both arms reaching forward",
+            "both arms ahead 90 degrees, left foot on the ground behind, knees a little bent",
+        ),
+        (
+            "turn your head over right shoulder with left arm across your chest",
+            "left arm ahead 46 degrees, elbow bent 86, touching the chest, head turned right 55",
+        ),
+        ("elbows in, forearms pointing to the sides, palms up", "both arms down, elbow bent 90"),
+        ("raise your elbows to shoulder height, hands hanging down", "both arms to the side 88 degrees, elbow bent 90"),
+        (
+            "right arm bent at the elbow with the fist by the shoulder, left arm hangs down",
+            "left arm down, right arm to the side 64 degrees, elbow bent 129, touching the shoulder",
+        ),
+        (
+            "lift right knee to waist level, left hand touching it",
+            "left arm ahead 53 degrees, touching the other knee, right foot up",
+        ),
+        (
+            "right leg extended to the side, foot off the ground, arms horizontal",
+            "both arms ahead 90 degrees, right foot up to the side",
+        ),
+        (
+            "left foot back, right foot back, left foot forward, right foot forward",
+            "left foot on the ground behind, knees a little bent; then right foot on the ground behind, knees a little bent; then left foot down; then right foot down",
+        ),
+        (
             "arms straight overhead, fingers interlocked, lean to the right then to the left",
             "both arms up 167 degrees, touching the other hand; then trunk to the right 18; then trunk to the left 18",
         ),
@@ -489,6 +524,19 @@ fn every_part_of_a_row_is_done() {
             "clap, both side; then turn, to the right, 90 degrees; then clap, both side; then turn, to the right, 90 degrees",
         ),
         ("first squat than jump", "squat, once; then jump, in place, once"),
+        ("bow, swing the arms", "bow; then swing arms, both side"),
+        (
+            "shrug, walk up and down, then sit",
+            "shrug, both side, once; then walk, forward; then turn, to the left, 180 degrees; then walk, forward; then sit",
+        ),
+        ("step over a puddle and carry on", "step over, forward; then walk, forward"),
+        ("drink some water, continue talking", "drink, right side; then present, right side"),
+        ("walk away shaking your head", "turn, to the left, 180 degrees; then shake head while: walk, forward"),
+        ("shake your left leg, shake your right leg", "leg swing, left side, once; then leg swing, right side, once"),
+        (
+            "clap, tap your hips, tap your knees",
+            "clap, both side; then hands on hips, both side; then touch knees, once",
+        ),
         (
             "punch left, right, left",
             "punch, left side, once; then punch, right side, once; then punch, left side, once",

@@ -2,7 +2,7 @@
 
 use super::{ARMS, Context, ELBOWS, FOREARMS, Words, side_of};
 use crate::facts::Side;
-use crate::posture::{Arm, Posture, Turn};
+use crate::posture::{Arm, Foot, Posture, Turn};
 use crate::touch::Touch;
 
 /// Angles of an arm that is lifted, and level (degrees).
@@ -33,7 +33,9 @@ pub(super) fn arms(piece: &Words<'_>, context: &mut Context, posture: &mut Postu
     let side = side.or(names.then_some(Side::Right))?;
     let (arm, touch, detail) = arm(piece, context, side)?;
     context.arms = Some(side);
-    if matches!(touch, Some(Touch::Knee | Touch::OtherKnee)) {
+    // Knees that are lifted come to the hands.
+    let stoops = !context.before.is_on_one_foot();
+    if stoops && matches!(touch, Some(Touch::Knee | Touch::OtherKnee)) {
         (posture.trunk, posture.sink) = (Some(Turn { pitch: STOOP, ..Turn::default() }), Some(0.1));
     }
     for own in posture.arm(side).into_iter().flatten() {
@@ -88,8 +90,10 @@ type Placed = (Arm, Option<Touch>, bool);
 
 /// Reads where an arm goes, and what its hand touches.
 fn arm(piece: &Words<'_>, context: &Context, side: Side) -> Option<Placed> {
-    // "Turn the forearms outward".
-    if piece.has(&FOREARMS) && piece.has(&["outward", "inward"]) {
+    // "Turn the forearms outward", "forearms to the sides" of upper arms that hang.
+    let hangs = [context.before.left_arm, context.before.right_arm].into_iter().flatten().all(|a| a.elevation() < 45.0);
+    let to_sides = piece.has(&["outward", "inward"]) || hangs && piece.has(&["side", "sides", "sideways"]);
+    if piece.has(&FOREARMS) && to_sides && !piece.has(&["at", "by", "against"]) {
         let turn = if piece.has(&["inward"]) { 50.0 } else { -55.0 };
         return Some((place(0.0, 8.0, turn, 90.0), None, true));
     }
@@ -106,10 +110,24 @@ fn place(raise: f64, aside: f64, turn: f64, elbow: f64) -> Arm {
 
 /// Reads an arm whose hand is at a part of the body.
 fn at_a_place(piece: &Words<'_>, context: &Context, side: Side) -> Option<Placed> {
-    let on = piece.has(&["on", "to", "against", "touch"]);
+    let on = piece.has(&["on", "to", "against", "touch", "by", "at", "beside"]);
+    let is_upon = piece.has(&["on", "to", "against", "touch"]);
     let both = side == Side::Both;
     if let Some(face) = at_the_face(piece).filter(|_| !piece.has(&["together"])) {
         return Some(face);
+    }
+    // "The right knee up, the left hand touching it".
+    let lifted = |foot: Option<Foot>| foot.is_some_and(|foot| foot.height > 0.0);
+    let knee = [(Side::Left, context.before.left_foot), (Side::Right, context.before.right_foot)];
+    let knee = knee.into_iter().find(|(_, foot)| lifted(*foot)).filter(|_| is_upon && piece.has(&["it"]) && !both);
+    if let Some((knee, _)) = knee.filter(|_| piece.has(&["hand", "fist", "palm"])) {
+        let touch = if knee == side { Touch::Knee } else { Touch::OtherKnee };
+        return Some((place(50.0, if knee == side { 0.0 } else { -20.0 }, 10.0, 35.0), Some(touch), true));
+    }
+    // "The arms make a circle in front of the chest".
+    if piece.has(&["circle", "ring"]) {
+        let is_ring = both && piece.has(&["make", "form"]) && piece.has(&["front"]);
+        return is_ring.then_some((place(68.0, 12.0, 48.0, 62.0), None, true));
     }
     // "Left hand holding the right elbow".
     let is_behind = piece.has(&["behind", "back"]);
@@ -135,7 +153,7 @@ fn at_a_place(piece: &Words<'_>, context: &Context, side: Side) -> Option<Placed
     if on && piece.has(&["hip", "hips", "waist"]) && !is_level {
         return Some((place(-22.0, 46.0, 52.0, 108.0), Some(Touch::Hip), false));
     }
-    if on && piece.has(&["head"]) && !is_level && !piece.has(&["above", "over", "behind"]) {
+    if is_upon && piece.has(&["head"]) && !is_level && !piece.has(&["above", "over", "behind"]) {
         return Some((place(180.0, 3.0, 101.0, 57.0), Some(Touch::Crown), false));
     }
     let is_neck = piece.has(&["neck", "nape"]) && (on || piece.has(&["behind"]));
@@ -178,7 +196,7 @@ fn at_a_place(piece: &Words<'_>, context: &Context, side: Side) -> Option<Placed
         return Some((place(50.0, -10.0, 40.0, 90.0), None, true));
     }
     // "The right arm, the left arm, then both together".
-    if piece.has(&["together"]) && both && !piece.names_limb() && !piece.has(&["them"]) {
+    if piece.has(&["together"]) && both && !piece.names_limb() && !piece.has(&["them", "over", "overhead", "above"]) {
         return Some((place(UP, 8.0, 0.0, 6.0), None, false));
     }
     // "Hands in front of the chest": with elbows that point down, or out.
@@ -221,6 +239,9 @@ fn at_the_face(piece: &Words<'_>) -> Option<Placed> {
 
 /// Returns whether upper arms are to stay at the body.
 fn at_the_body(piece: &Words<'_>) -> bool {
+    if piece.has(&ELBOWS) && piece.words.last().is_some_and(|word| word == "in") {
+        return true;
+    }
     let is_at = piece.has(&["at", "by", "against", "close", "tight", "near", "to"]);
     is_at && piece.has(&["sides", "ribs", "body", "waist"]) && !piece.has(&["out", "away", "across"])
 }

@@ -16,7 +16,7 @@ pub(super) fn legs(piece: &Words<'_>, context: &mut Context, posture: &mut Postu
     if piece.has(&["head", "chin"]) {
         return None;
     }
-    let plural = piece.has(&["legs", "feet", "knees", "stance"]);
+    let plural = piece.has(&["legs", "feet", "knees", "stance", "heels"]);
     // "The shin hangs", of a knee that is up.
     let is_shin = piece.has(&["shin", "shins"]) && context.legs.is_some();
     if is_shin && piece.has(&["hang", "vertical", "vertically", "down", "relaxed", "loose"]) {
@@ -38,6 +38,12 @@ pub(super) fn legs(piece: &Words<'_>, context: &mut Context, posture: &mut Postu
         let deep =
             if piece.said.size == Some(Size::Small) || piece.has(&["slightly", "little"]) { SHALLOW } else { DEEP };
         posture.sink = Some(deep);
+        return Some(true);
+    }
+    // "Foot off the ground", of one that is up.
+    let says_way =
+        piece.has(&["front", "forward", "ahead", "back", "behind", "side", "sideways", "out", "raise", "lift"]);
+    if piece.has(&["off"]) && !plural && !says_way && context.before.is_on_one_foot() {
         return Some(true);
     }
     // "Stand on the left leg": the other one is up.

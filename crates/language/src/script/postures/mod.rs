@@ -18,7 +18,7 @@ use super::beside::without_negations;
 use super::phrases::Phrases;
 use super::said::{Said, said};
 use super::spelling::spelt;
-use super::split::{Join, normal, pieces};
+use super::split::{Join, is_participle, normal, pieces};
 use crate::facts::{Mood, Side, Speed};
 use crate::posture::{Arm, Foot, Posture, Turn};
 use crate::touch::Touch;
@@ -78,11 +78,6 @@ impl Words<'_> {
         self.said.degrees.map(f64::from)
     }
 
-    /// Returns whether a verb is a participle: "holding", but not "bring".
-    fn has_participle(&self) -> bool {
-        self.words.iter().zip(&self.bases).any(|(word, base)| word.ends_with("ing") && word != base)
-    }
-
     fn names_limb(&self) -> bool {
         [&ARMS[..], &ELBOWS, &FOREARMS, &LEGS].into_iter().any(|limbs| self.has(limbs))
     }
@@ -127,7 +122,7 @@ impl Row {
             piece.has(&ELBOWS) || piece.has(&FOREARMS) || piece.has(&["upper"]) || is_height && !piece.names_limb();
         let is_along = match join {
             Join::While | Join::With => true,
-            Join::Comma => !read.moves,
+            Join::Comma => !read.moves && !self.steps_on(&read.posture),
             // "Raise the left arm and lift the right knee": limbs that both go somewhere do so at once.
             Join::And => !read.moves || self.goes_along(&read.posture) && !piece.has(&["then", "both", "them", "it"]),
             Join::Then => false,
@@ -164,6 +159,15 @@ impl Row {
         *sum = Posture::default();
         self.postures.iter().for_each(|posture| sum.extend(posture));
         true
+    }
+
+    /// Returns whether one foot steps after the other: both do not at once.
+    fn steps_on(&self, posture: &Posture) -> bool {
+        let steps = |foot: Option<Foot>| foot.is_some_and(|foot| foot.height == 0.0 && foot.to[0] != 0.0);
+        let stepped = self.postures.last().is_some_and(|last| steps(last.left_foot) || steps(last.right_foot));
+        let ahead = |posture: &Posture| posture.left_foot.or(posture.right_foot).is_some_and(|foot| foot.to[0] > 0.0);
+        let is_other_way = self.postures.last().is_some_and(|last| ahead(last) != ahead(posture));
+        stepped && (steps(posture.left_foot) || steps(posture.right_foot)) && !is_other_way
     }
 
     /// Returns whether a posture is there at once with the last one: of limbs, or of the trunk above a lifted leg.
@@ -315,7 +319,7 @@ pub(super) fn overlaid(phrases: &Phrases, text: &str) -> Option<(String, Posture
             continue;
         }
         let piece = Words { words, bases, said: said(words) };
-        let keeps = piece.has(&["hold", "keep"]) || piece.has_participle();
+        let keeps = piece.has(&["hold", "keep"]) || piece.words.iter().any(|word| is_participle(word));
         let is_along = match join {
             Join::With | Join::While => true,
             // In a row of actions a posture is one more.
@@ -397,7 +401,7 @@ fn read(whole: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
     let is_of_head = piece.has(&["head", "chin"])
         && (!on_the_head(piece) || turns_over_shoulder(piece))
         && !piece.has(&["height", "level"]);
-    if on_the_head(piece) && !names_limb && !refers {
+    if on_the_head(piece) && !names_limb && !refers && !turns_over_shoulder(piece) {
         return None;
     }
     let mentions_arms = piece.has(&ARMS) || piece.has(&ELBOWS) || piece.has(&FOREARMS);
@@ -449,7 +453,7 @@ fn read(whole: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
     posture.hold = hold.filter(|_| !is_grip).unwrap_or(0.0);
     let goes = |(word, base): (&String, &String)| {
         let is_verb = MOVES.contains(&base.as_str()) && !STATES.contains(&base.as_str());
-        is_verb && (!word.ends_with("ing") || word == base) && !word.ends_with("ed") && word != "bent"
+        is_verb && !is_participle(word) && !word.ends_with("ed") && word != "bent"
     };
     let moves =
         piece.words.iter().zip(&piece.bases).any(goes) || is_down(&posture) && puts_down(&posture, &context.before);

@@ -70,7 +70,7 @@ pub(super) const MOVES: [&str; 52] = [
 /// Verbs that say where something is, and no movement.
 pub(super) const STATES: [&str; 7] = ["rest", "point", "hang", "stand", "have", "hold", "keep"];
 /// Places and ways.
-pub(super) const PLACES: [&str; 75] = [
+pub(super) const PLACES: [&str; 77] = [
     "up",
     "down",
     "high",
@@ -146,9 +146,11 @@ pub(super) const PLACES: [&str; 75] = [
     "glutes",
     "neck",
     "nape",
+    "circle",
+    "ring",
 ];
 /// Words that say nothing by themselves.
-pub(super) const FILLERS: [&str; 122] = [
+pub(super) const FILLERS: [&str; 129] = [
     "pls",
     "plz",
     "u",
@@ -271,6 +273,13 @@ pub(super) const FILLERS: [&str; 122] = [
     "planted",
     "firmly",
     "reach",
+    "make",
+    "form",
+    "soft",
+    "hugging",
+    "deeply",
+    "touching",
+    "high",
 ];
 /// Words that other rules read.
 pub(super) const OTHERS: [&str; 12] =
