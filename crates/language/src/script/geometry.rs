@@ -409,12 +409,13 @@ fn hanging_beside(mut words: Vec<String>) -> Vec<String> {
     const HANG: [&str; 8] = ["hanging", "dangling", "loose", "loosely", "down", "relaxed", "limp", "straight"];
     let is_hung = |words: &[String], at: usize| {
         let [begin, end] = piece_of(words, at);
-        let opens = words[begin..at].iter().all(|word| ARTICLES.contains(&word.as_str()));
+        let opens =
+            words[begin..at].iter().all(|word| has(&ARTICLES, Some(word)) || has(&["left", "right"], Some(word)));
         let rest = &words[at + 1..end];
         let hangs = rest.iter().any(|word| ["hanging", "dangling"].contains(&word.as_str()));
         begin > 0 && opens && hangs && rest.iter().all(|word| HANG.contains(&word.as_str()))
     };
-    if let Some(at) = (1..words.len()).find(|at| has(&["arms", "hands"], words.get(*at)) && is_hung(&words, *at)) {
+    if let Some(at) = (1..words.len()).find(|at| has(&ARMS, words.get(*at)) && is_hung(&words, *at)) {
         let [begin, end] = piece_of(&words, at);
         words.drain(begin - 1..end);
     }

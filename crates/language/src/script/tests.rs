@@ -462,7 +462,7 @@ fn limbs_are_read_by_joint_and_place() {
         ("hang your head and let your shoulders drop", "head forward 25; then trunk forward 10"),
         (
             "right hand on the back of your neck, left arm hanging",
-            "left arm down, right arm up 136 degrees, elbow bent 104, touching the back of the head",
+            "right arm up 136 degrees, elbow bent 104, touching the back of the head",
         ),
         ("stand on the left leg, right foot tucked behind the left calf", "right foot up behind"),
         (
@@ -477,6 +477,8 @@ fn limbs_are_read_by_joint_and_place() {
             "turn your head over right shoulder with left arm across your chest",
             "left arm ahead 46 degrees, elbow bent 86, touching the chest, head turned right 55",
         ),
+        ("right heel up to your buttocks, left arm forward", "left arm ahead 90 degrees, right foot up behind"),
+        ("both arms out to the front, elbows slightly bent", "both arms ahead 90 degrees"),
         ("elbows in, forearms pointing to the sides, palms up", "both arms down, elbow bent 90"),
         ("raise your elbows to shoulder height, hands hanging down", "both arms to the side 88 degrees, elbow bent 90"),
         (

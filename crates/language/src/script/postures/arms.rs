@@ -1,7 +1,7 @@
 //! Arms: where hands go, and how elbows bend.
 
 use super::{ARMS, Context, ELBOWS, FOREARMS, Words, side_of};
-use crate::facts::Side;
+use crate::facts::{Side, Size};
 use crate::posture::{Arm, Foot, Posture, Turn};
 use crate::touch::Touch;
 
@@ -344,6 +344,7 @@ fn forearm(piece: &Words<'_>, before: Arm, up: bool, aside: bool, ahead: bool) -
     let elbow = match (piece.degrees(), is_straight) {
         (Some(degrees), _) => degrees.min(140.0),
         (None, true) => 6.0,
+        (None, false) if piece.said.size == Some(Size::Small) => 35.0,
         (None, false) => 90.0,
     };
     let is_out = before.aside > 45.0 || aside;

@@ -23,7 +23,7 @@ pub(super) fn legs(piece: &Words<'_>, context: &mut Context, posture: &mut Postu
         return Some(true);
     }
     // "Bend your knee so that the heel comes to your bottom".
-    if piece.has(&["heel"]) && piece.has(&["bottom", "bum", "butt", "backside", "glutes"]) && !plural {
+    if piece.has(&["heel"]) && piece.has(&["bottom", "bum", "butt", "backside", "glutes", "buttocks"]) && !plural {
         let side = side_of(piece, false, context.legs).or(context.legs).unwrap_or(Side::Right);
         let foot = Some(Foot { to: [-0.2, if side == Side::Left { 0.01 } else { -0.01 }], height: 0.24 });
         context.legs = Some(side);
@@ -144,7 +144,7 @@ fn foot(piece: &Words<'_>, side: Side, last_verb: &str) -> Option<(Foot, bool)> 
         && (ahead || behind || aside)
         && !piece.has(&["up", "air"]);
     let lift = |to: [f64; 2], height: f64| Some((Foot { to, height }, false));
-    if piece.has(&["down", "lower", "drop", "ground", "floor"]) && !piece.has(&["up", "off"]) {
+    if piece.has(&["down", "lower", "drop", "ground", "floor"]) && !piece.has(&["up", "off", "above"]) {
         return Some((Foot::STANDING, false));
     }
     if steps {

@@ -150,7 +150,8 @@ pub(super) const PLACES: [&str; 77] = [
     "ring",
 ];
 /// Words that say nothing by themselves.
-pub(super) const FILLERS: [&str; 129] = [
+pub(super) const FILLERS: [&str; 130] = [
+    "buttocks",
     "pls",
     "plz",
     "u",
