@@ -180,6 +180,12 @@ impl Posture {
         !self.is_empty() && arms.is_empty()
     }
 
+    /// Returns whether it leans the trunk forward and does nothing else.
+    pub fn is_lean(&self) -> bool {
+        let rest = Self { trunk: None, ..self.clone() };
+        self.trunk.is_some_and(|turn| turn.pitch > 0.0) && rest.is_empty()
+    }
+
     /// Adds the parts of another posture, which replace its own.
     pub fn extend(&mut self, other: &Self) {
         self.left_arm = other.left_arm.or(self.left_arm);

@@ -53,6 +53,13 @@ pub(super) fn is_hold(words: &[String]) -> bool {
         && words.iter().all(|word| is_part(word) || said.used.contains(word) || word == "seconds")
 }
 
+/// Returns whether a word after others is where somebody goes: "to the door".
+pub(super) fn is_goal(before: &[String]) -> bool {
+    const TO: [&str; 9] = ["to", "toward", "towards", "into", "through", "from", "past", "across", "around"];
+    let articles = ["the", "a", "an", "your", "my", "his", "her"];
+    matches!(before, [.., to, the] if TO.contains(&to.as_str()) && articles.contains(&the.as_str()))
+}
+
 /// Returns the side of the hand that words begin with.
 pub(super) fn of_hand(words: &[String]) -> Option<Side> {
     let mut words =
@@ -77,4 +84,13 @@ pub(super) fn of_the_other(words: &[String]) -> Option<Vec<String>> {
     let rests = rest.iter().any(|word| word == "on") && rest.iter().any(|word| word.starts_with("hip"));
     let hand = rests.then(|| "hand".to_string());
     Some(hand.into_iter().chain(rest).collect::<Vec<_>>()).filter(|rest| !rest.is_empty())
+}
+
+/// Drops "and" between sides, which joins no actions: "left and right".
+pub(super) fn held_together(words: Vec<String>) -> Vec<String> {
+    const PAIRS: [(&str, &str); 6] =
+        [("left", "right"), ("right", "left"), ("up", "down"), ("fro", "to"), ("to", "fro"), ("back", "forth")];
+    let word = |i: usize| words.get(i).map_or("", String::as_str);
+    let joins = |i: usize| word(i) == "and" && i > 0 && PAIRS.contains(&(word(i - 1), word(i + 1)));
+    (0..words.len()).filter(|i| !joins(*i)).map(|i| words[i].clone()).collect()
 }

@@ -3,7 +3,7 @@
 use super::limbs::is_above;
 use super::reader::{Reader, name};
 use super::said::said;
-use super::split::Join;
+use super::split::{Join, is_participle};
 use super::{Clause, Script};
 use crate::facts::{Action, Direction, Side};
 use crate::grammar::{Acts, Verb};
@@ -25,8 +25,9 @@ const STANDING: [&str; 13] = [
     "namaste",
 ];
 
-/// Movements of the body on the spot that go on.
-const SWAYING: [&str; 7] = ["balance", "sway", "bounce", "shift_weight", "hip_circles", "step_touch", "hold_squat"];
+/// Movements of the body on the spot that go on, and low poses.
+const SWAYING: [&str; 9] =
+    ["balance", "sway", "bounce", "shift_weight", "hip_circles", "step_touch", "hold_squat", "kneel", "crouch"];
 /// Repetitions of "some squats".
 const SOME: u32 = 3;
 
@@ -34,17 +35,32 @@ impl Reader<'_> {
     /// Puts a comma before the verb of "while bowing spread your arms".
     pub(super) fn opened(&self, mut words: Vec<String>) -> Vec<String> {
         let opens = matches!(words.as_slice(), [first, second, ..]
-            if ["while", "whilst", "when"].contains(&first.as_str()) && second.ends_with("ing"));
-        let is_main = |word: &String| self.phrases.is_main_verb(word) && !word.ends_with("ing");
+            if ["while", "whilst", "when"].contains(&first.as_str()) && is_participle(second));
+        let is_main = |word: &String| self.phrases.is_main_verb(word) && !is_participle(word);
         if let Some(at) = words.iter().position(is_main).filter(|_| opens && !words.iter().any(|word| word == ",")) {
             words.insert(at, ",".into());
         }
         // "Walk backwards shaking your head".
         const OBJECTS: [&str; 9] = ["your", "the", "his", "her", "both", "left", "right", "one", "its"];
-        const WAYS: [&str; 9] =
-            ["forward", "forwards", "backward", "backwards", "around", "along", "ahead", "slowly", "place"];
+        const WAYS: [&str; 15] = [
+            "forward",
+            "forwards",
+            "backward",
+            "backwards",
+            "around",
+            "along",
+            "ahead",
+            "slowly",
+            "place",
+            "spot",
+            "away",
+            "off",
+            "in",
+            "out",
+            "on",
+        ];
         let is_along = |at: &usize| {
-            words[*at].ends_with("ing")
+            is_participle(&words[*at])
                 && self.phrases.is_main_verb(&words[*at])
                 && words.get(at + 1).is_some_and(|word| OBJECTS.contains(&word.as_str()))
                 && WAYS.contains(&words[at - 1].as_str())
@@ -177,7 +193,8 @@ impl Reader<'_> {
         let travels = verbs.iter().any(|verb| verb.acts == Acts::Feet && verb.direction != Some(Direction::InPlace));
         // What is not made for walking legs, such as a pose of the hips, is done in place.
         let is_carried = |verb: &Verb| verb.arms || verb.cycle.is_some() || !travels;
-        let gestures = |verb: &&Verb| of_hands(verb) && is_carried(verb) && !STANDING.contains(&verb.name.as_str());
+        let needs_standing = |verb: &Verb| travels && STANDING.contains(&verb.name.as_str());
+        let gestures = |verb: &&Verb| of_hands(verb) && is_carried(verb) && !needs_standing(verb);
         let goes_on = |verb: &&Verb| verb.carries || SWAYING.contains(&verb.name.as_str());
         // "Pat your head and rub your tummy".
         let taps = |verb: &&Verb| verb.acts == Acts::Hand && verb.cycle.is_some() && verb.touches.is_some();

@@ -82,7 +82,14 @@ pub(super) fn with_manners(words: Vec<String>) -> Vec<String> {
             manners.like.iter().find(is_like).map(|(phrase, means)| (rest.len() - likened.len() + phrase.len(), means));
         match alone.or(like) {
             Some((length, means)) => {
-                out.push(means.clone());
+                // "Walk proudly with your chest out": a manner of the same, said once.
+                let is_piece = rest.get(length).is_none_or(|word| JOINS.contains(&word.as_str()));
+                if is_piece && out.len() > 1 && out.last().is_some_and(|last| last == "with") {
+                    out.pop();
+                }
+                if out.last() != Some(means) {
+                    out.push(means.clone());
+                }
                 // The rest of a clause about somebody, or about one who does something, says no more.
                 let is_clause = opening > 0 && likened.len() < rest.len() - opening
                     || rest.get(length).is_some_and(|word| ["who", "that", "which"].contains(&word.as_str()));

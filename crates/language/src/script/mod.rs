@@ -8,6 +8,7 @@
 mod again;
 mod beside;
 mod edited;
+mod geometry;
 mod joined;
 mod kept;
 mod learned;

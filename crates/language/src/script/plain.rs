@@ -1,14 +1,17 @@
 //! Roundabout phrases of people, in the words that rules read.
 
+use super::geometry::plain_geometry;
 use super::said::number;
+use super::split::is_participle;
 
 /// Phrases and plainer ones; an empty one says nothing.
-const PLAIN: [(&str, &str); 103] = [
-    ("turn and walk away", "turn around and walk away"),
-    ("turn and walk off", "turn around and walk off"),
-    ("turn and leave", "turn around and leave"),
-    ("turns and walks away", "turn around and walk away"),
-    ("turn and run away", "turn around and run away"),
+const PLAIN: [(&str, &str); 82] = [
+    ("walk up and down", "pace the room"),
+    ("walks up and down", "pace the room"),
+    ("pace up and down", "pace the room"),
+    ("paces up and down", "pace the room"),
+    ("walk back and forth", "pace the room"),
+    ("pace back and forth", "pace the room"),
     ("wait a seconds", "wait 1 seconds"),
     ("wait for a seconds", "wait 1 seconds"),
     ("pause a seconds", "wait 1 seconds"),
@@ -49,12 +52,8 @@ const PLAIN: [(&str, &str); 103] = [
     ("as far as u can", "far"),
     ("as high as u can", "high"),
     ("half way", "halfway"),
-    ("palms down", ""),
     ("as high as you can", "high"),
     ("as high as possible", "high"),
-    ("next to the ear", ""),
-    ("next to your ear", ""),
-    ("beside your ear", ""),
     ("in one go", "at the same time"),
     ("in one move", "at the same time"),
     ("in one movement", "at the same time"),
@@ -63,7 +62,6 @@ const PLAIN: [(&str, &str); 103] = [
     ("in a row", ""),
     ("with your back straight", ""),
     ("with the back straight", ""),
-    ("with a straight back", ""),
     ("keeping your back straight", ""),
     ("keep your back straight", ""),
     ("with both feet planted", ""),
@@ -78,21 +76,6 @@ const PLAIN: [(&str, &str); 103] = [
     ("put everything back", "stand straight"),
     ("settle back onto flat feet", "stand straight"),
     ("back onto flat feet", "stand straight"),
-    ("come back to the centre", "stand straight"),
-    ("come back to the center", "stand straight"),
-    ("come back to the middle", "stand straight"),
-    ("come back to centre", "stand straight"),
-    ("come back to center", "stand straight"),
-    ("return to the centre", "stand straight"),
-    ("return to centre", "stand straight"),
-    ("return to center", "stand straight"),
-    ("back to the centre", "stand straight"),
-    ("back to the center", "stand straight"),
-    ("back to the middle", "stand straight"),
-    ("back to centre", "stand straight"),
-    ("back to center", "stand straight"),
-    ("back to neutral", "stand straight"),
-    ("back to zero", "stand straight"),
     ("with a hanging head", "sadly"),
     ("with hanging head", "sadly"),
     ("with hanging shoulders", "sadly"),
@@ -105,8 +88,6 @@ const PLAIN: [(&str, &str); 103] = [
     ("several seconds", "4 seconds"),
     ("for a seconds", "for 1 seconds"),
     ("half a seconds", "0.5 seconds"),
-    ("keeps turning", "turn"),
-    ("keep turning", "turn"),
 ];
 /// Words that join.
 const JOINS: [&str; 6] = [",", "|", "and", "then", "while", "but"];
@@ -127,7 +108,7 @@ pub(super) fn plainly(mut words: Vec<String>) -> Vec<String> {
             words.splice(at..at + said.len(), split(plain));
         }
     }
-    words = without_who(words);
+    words = plain_geometry(without_who(words));
     words = count_of_seconds(counted_seconds(words));
     words = kept_as_it_is(words);
     words = with_hanging_arms(words);
@@ -142,7 +123,8 @@ pub(super) fn plainly(mut words: Vec<String>) -> Vec<String> {
             }
         }
     }
-    words = over_there(words);
+    words = in_turn(then_for_than(over_there(words)));
+    words = turned_and_gone(going_on(words));
     by_degrees(the_same_way(step_by_step(one_and_the_other(words))))
 }
 
@@ -318,7 +300,10 @@ fn one_and_the_other(mut words: Vec<String>) -> Vec<String> {
         (one + 2..words.len()).find(same)
     };
     // "One arm up one arm out".
-    if let Some(second) = one.and_then(again).filter(|_| !words.iter().any(|word| word == "left" || word == "right")) {
+    let is_sided = |at: usize| words[at] == "left" || words[at] == "right";
+    let names_side =
+        (0..words.len()).any(|at| is_sided(at) && limb(&words, at + 1) == limb(&words, one.unwrap_or(0) + 1));
+    if let Some(second) = one.and_then(again).filter(|_| !names_side) {
         words[second] = "left".into();
         if !JOINS.contains(&words[second - 1].as_str()) {
             words.insert(second, ",".into());
@@ -341,6 +326,70 @@ fn one_and_the_other(mut words: Vec<String>) -> Vec<String> {
     words.splice(other..other + 2 + usize::from(is_named), ["the".to_string(), "left".into(), said]);
     words[one] = "right".into();
     words
+}
+
+/// "Continue talking", "keep turning": the same verb; "carry on" alone is to go on.
+fn going_on(mut words: Vec<String>) -> Vec<String> {
+    const GOES_ON: [&str; 10] =
+        ["continue", "continues", "keep", "keeps", "start", "starts", "begin", "begins", "resume", "resumes"];
+    let mut at = 0;
+    while at + 1 < words.len() {
+        let carries = is_one_of(&words, at, &["carry", "carries", "go", "goes"]) && words[at + 1] == "on";
+        let length = if carries { 2 } else { usize::from(is_one_of(&words, at, &GOES_ON)) };
+        let is_doing = words.get(at + length).is_some_and(|word| is_participle(word));
+        if length > 0 && is_doing {
+            words.drain(at..at + length);
+            // After a comma it is no participle of what is done before.
+            if at > 0 && words[at - 1] == "," {
+                words[at - 1] = "then".into();
+            }
+        } else if length == 2 && words.get(at + 2).is_none_or(|word| JOINS.contains(&word.as_str())) {
+            words[at] = "go".into();
+        }
+        at += 1;
+    }
+    words
+}
+
+/// "Turns and marches off": who leaves turns around.
+fn turned_and_gone(mut words: Vec<String>) -> Vec<String> {
+    const GOES: [&str; 14] = [
+        "walk", "walks", "march", "marches", "run", "runs", "go", "goes", "jog", "jogs", "sneak", "sneaks", "stomp",
+        "stomps",
+    ];
+    let leaves = |words: &[String], at: usize| {
+        let goes = is_one_of(words, at, &GOES) && is_one_of(words, at + 1, &["away", "off", "out"]);
+        goes || is_one_of(words, at, &["leave", "leaves", "exit", "exits"])
+    };
+    let turns = |at: &usize| {
+        is_one_of(&words, *at, &["turn", "turns"]) && is_one_of(&words, at + 1, &["and"]) && leaves(&words, at + 2)
+    };
+    if let Some(at) = (0..words.len()).find(turns) {
+        words.insert(at + 1, "around".into());
+    }
+    words
+}
+
+/// "First squat than jump" is one after the other.
+fn then_for_than(mut words: Vec<String>) -> Vec<String> {
+    for at in 1..words.len() {
+        let begin = words[..at].iter().rposition(|word| JOINS.contains(&word.as_str())).map_or(0, |join| join + 1);
+        let compares = |word: &String| word.ends_with("er") || ["more", "less", "rather"].contains(&word.as_str());
+        if words[at] == "than" && !words[begin..at].iter().any(compares) {
+            words[at] = "then".into();
+        }
+    }
+    words
+}
+
+/// "Punch left, right, left" is in turn.
+fn in_turn(words: Vec<String>) -> Vec<String> {
+    let is_side = |word: Option<&String>| word.is_some_and(|word| word == "left" || word == "right");
+    let ends = |at: usize| words.get(at).is_none_or(|word| JOINS.contains(&word.as_str()));
+    let follows = |at: usize| words[at] == "," && is_side(words.get(at + 1)) && ends(at + 2);
+    let joined = |at: usize| at > 1 && follows(at) && is_side(words.get(at - 1)) && words[at - 1] != words[at + 1];
+    let is_row = (0..words.len()).filter(|at| joined(*at)).count() > 1;
+    words.iter().enumerate().filter(|(at, _)| !(is_row && joined(*at))).map(|(_, word)| word.clone()).collect()
 }
 
 /// "Step left step right" is two steps; "look right and point there" points to the right.
@@ -419,6 +468,8 @@ mod tests {
             ("step left step right", "step left , step right"),
             ("hurry over to the right and wave", "turn right , then hurry forward and wave"),
             ("walk to the left", "walk to the left"),
+            ("keep turning, then carry on", "turning , then go on"),
+            ("he turns and marches out", "he turns around and marches out"),
             ("look to the right and point there", "look to the right and point to the right"),
             ("turn right, then turn the same way", "turn right , then turn to the right"),
             ("lean left by ten degrees, then right by twenty", "lean left by ten degrees , then right by 20 degrees"),

@@ -2,14 +2,14 @@
 
 use std::collections::BTreeSet;
 
-use super::beside::{HOLDS, is_hold, of_hand, of_the_other, without_negations};
+use super::beside::{HOLDS, held_together, is_goal, is_hold, of_hand, of_the_other, without_negations};
 use super::learned::Learned;
 use super::limbs::{back_again, of_supporting_leg};
 use super::phrases::{Fit, Meaning, Phrases};
 use super::said::{Said, said};
 use super::situations::Situations;
 use super::spelling::spelt;
-use super::split::{Join, normal, pieces};
+use super::split::{Join, is_participle, normal, pieces};
 use super::turns::{beyond, paced};
 use super::{Clause, Impossible, Script};
 use crate::checks::SignalName;
@@ -148,7 +148,7 @@ impl<'a> Reader<'a> {
                 // "For a while": of what can be longer.
                 let is_open =
                     action.count.is_none() && action.metres.is_none() && action.degrees.is_none() && times == 1;
-                let is_held = said.holds && (verb.is_pose() || action.verb == "balance");
+                let is_held = said.holds && piece.join != Join::While && (verb.is_pose() || action.verb == "balance");
                 let is_brief = said.briefly && !matches!(verb.acts, Acts::Feet);
                 let brief = is_brief.then_some(BRIEF);
                 let open = if said.many { Some(WHILE) } else { is_held.then_some(HOLD).or(brief) };
@@ -184,7 +184,7 @@ impl<'a> Reader<'a> {
         let mut last_verb: Option<String> = None;
         let words = spelt(&self.phrases, normal(text), &mut script.notes);
         let words = without_negations(words, &mut script.notes);
-        let words = self.opened(self.counted_words(Self::held_together(words)));
+        let words = self.opened(self.counted_words(held_together(words)));
         for mut group in self.grouped(pieces(&words)) {
             if let (None, Some(verb)) = (&group.fit, &last_verb) {
                 self.repeat_verb(&mut group, verb);
@@ -250,15 +250,6 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Drops "and" between sides, which joins no actions: "left and right".
-    fn held_together(words: Vec<String>) -> Vec<String> {
-        const PAIRS: [(&str, &str); 6] =
-            [("left", "right"), ("right", "left"), ("up", "down"), ("fro", "to"), ("to", "fro"), ("back", "forth")];
-        let word = |i: usize| words.get(i).map_or("", String::as_str);
-        let joins = |i: usize| word(i) == "and" && i > 0 && PAIRS.contains(&(word(i - 1), word(i + 1)));
-        (0..words.len()).filter(|i| !joins(*i)).map(|i| words[i].clone()).collect()
-    }
-
     /// Returns pieces with a verb each; pieces without one belong to their neighbours.
     fn grouped(&self, pieces: Vec<(Join, Vec<String>)>) -> Vec<Piece> {
         let mut out: Vec<Piece> = Vec::new();
@@ -267,7 +258,7 @@ impl<'a> Reader<'a> {
             let fit = self.fit(&words);
             // "Walks, waving": a participle is at once.
             let is_participle =
-                words.first().is_some_and(|word| word.ends_with("ing") && self.phrases.is_main_verb(word));
+                words.first().is_some_and(|word| is_participle(word) && self.phrases.is_main_verb(word));
             let join = if join == Join::Comma && is_participle { Join::While } else { join };
             // "One hand on the hip, the other waving": the other hand, meanwhile.
             let is_paired = out.last().is_some_and(|last| last.words.iter().any(|word| word == "one"));
@@ -340,8 +331,10 @@ impl<'a> Reader<'a> {
                     && out.last().is_some_and(|last| last.fit.is_some())
             };
             // In a row of actions a posture is one more: "lift a knee, put it down, hands up".
-            let postured =
-                join == Join::Comma && out.len() == 1 && fit.as_ref().is_some_and(|fit| is_posture(&words, fit));
+            // "Walk proudly and hands on hips", too.
+            let postured = matches!(join, Join::Comma | Join::And)
+                && out.len() == 1
+                && fit.as_ref().is_some_and(|fit| is_posture(&words, fit));
             let stands = match (&fit, join) {
                 // "with" begins what is done at once only where it is a whole phrase: "with arms crossed".
                 (Some(fit), Join::With) => {
@@ -349,6 +342,7 @@ impl<'a> Reader<'a> {
                 }
                 // "Walk backwards, hands behind your head" is the same without "with".
                 (Some(fit), Join::Comma) if is_posture(&words, fit) => true,
+                (Some(_), Join::And) if postured => true,
                 // "A curtsy, a twirl, a curtsy": a way of the feet is an action without a verb, too.
                 (Some(fit), Join::And | Join::Comma) => {
                     fit.has_verb || out.is_empty() || self.is_of_feet(fit) && self.explains_all(&words, fit)
@@ -442,9 +436,11 @@ impl<'a> Reader<'a> {
     /// Keeps the words that neither a phrase nor a rule explains.
     fn leftover(&self, words: &[String], said: &Said, fit: &Fit, unknown: &mut Vec<String>) {
         let is_number = |word: &String| word.parse::<f64>().is_ok();
-        for word in words {
+        for (at, word) in words.iter().enumerate() {
             let base = self.phrases.base(word);
-            let is_filler = self.phrases.filler.contains(word) || self.phrases.filler.contains(&base);
+            // "Tiptoe to the door": somewhere.
+            let is_goal = self.is_of_feet(fit) && is_goal(&words[..at]);
+            let is_filler = is_goal || self.phrases.filler.contains(word) || self.phrases.filler.contains(&base);
             let is_meant = self.phrases.belongs(fit.meaning, &base) || fit.explained.contains(&base);
             let explained = is_meant || said.used.contains(word) || is_filler;
             let is_limb = LIMBS_AND_UNITS.contains(&base.as_str()) && !is_number(word);

@@ -25,6 +25,10 @@ const SURE: f64 = 0.5;
 /// and where they do not.
 const GUESS: f64 = 0.4;
 const CERTAIN: f64 = 0.6;
+/// Certainty below which a reading by the network does not divide a row of actions otherwise than phrases do: where they
+/// leave no words over, and where they do.
+const ROW: f64 = 0.55;
+const ROW_OPEN: f64 = 0.3;
 /// Probability from which an action is named for words that were not understood.
 const NAMED: f64 = 0.1;
 
@@ -91,6 +95,10 @@ impl Reader<'_> {
         };
         // A pair that only the network sees may be another place that hands touch, or a guess.
         let is_guess = || has_pair(&script) && !has_pair(&self.read_within(text, MOST_WITHIN));
+        // A description that was divided from the rest is read already.
+        if script.clauses.iter().any(Clause::is_only_postures) {
+            return script;
+        }
         let found = overlaid(&self.phrases, text).filter(|(_, posture)| {
             !has_pair(&script) || is_guess() && (posture.touches.is_some() || self.certainty(text) < SURE)
         });
@@ -137,7 +145,8 @@ impl Reader<'_> {
                 is_whole || self.whole(&phrase).is_some()
             };
             if let Some(thing) = things.into_iter().find(does) {
-                words[at] = words[thing].clone();
+                // "Put the box down": without its article a box is a punch.
+                words[at] = format!("the {}", words[thing]);
                 is_changed = true;
             }
         }
@@ -202,7 +211,7 @@ impl Reader<'_> {
         // A piece of which a phrase says every word is no story around.
         let is_less = network.impossible.is_empty() && is_part(&verbs(&network), &verbs(&rules));
         let drops = !is_open(&rules) && is_less && self.drops(&words, &network);
-        let lacks = loses || knows_less || drops;
+        let lacks = loses || knows_less || drops || self.keeps_row(&words, &rules, &network, certainty);
         if is_same || lacks || has_newer || is_manner || certainty < least { rules } else { network }
     }
 
@@ -235,11 +244,36 @@ impl Reader<'_> {
         let parts = pieces(words);
         let phrase = |(join, part): &(Join, Vec<String>)| {
             let rest: Vec<String> = part.iter().filter(|word| !self.phrases.filler.contains(*word)).cloned().collect();
-            let is_said = |fit: &Fit| fit.has_verb && part.len() > 1 || *join == Join::Then;
+            let is_verb = part.len() > 1 || self.phrases.is_main_verb(&part[0]);
+            let is_said = |fit: &Fit| fit.has_verb && is_verb || *join == Join::Then;
             self.fit(part).filter(|fit| is_said(fit) && !rest.is_empty() && self.explains(fit, &rest))
         };
         let lost = parts.iter().skip(1).filter(|part| phrase(part).is_some_and(is_lost)).count();
         verbs.len() < parts.len() && lost > 0 && script.clauses.len() + lost <= parts.len()
+    }
+
+    /// Returns whether phrases name an action in more parts of a row than the network does, or in all of them.
+    fn keeps_row(&self, words: &[String], rules: &Script, network: &Script, certainty: f64) -> bool {
+        let parts = pieces(words);
+        let acting = parts.iter().filter(|(_, part)| self.acts(part)).count();
+        let count = |script: &Script| {
+            let actions = script.clauses.iter().map(|clause| clause.actions.len() + clause.postures.len());
+            actions.sum::<usize>() + script.impossible.len()
+        };
+        let is_lost = |text: &String| text.split(' ').any(|word| self.phrases.is_main_verb(word));
+        let keeps = acting > 1 && count(rules) >= acting && !rules.unknown.iter().any(is_lost);
+        let least = if is_open(rules) { ROW_OPEN } else { ROW };
+        keeps && certainty < least && (count(network) < acting || acting == parts.len())
+    }
+
+    /// Returns whether a phrase explains the verbs of a part of a sentence, and most of its words.
+    fn acts(&self, part: &[String]) -> bool {
+        let Some(fit) = self.fit(part).filter(|fit| fit.has_verb) else { return false };
+        let said = said(part);
+        let is_said = |word: &&String| fit.explained.contains(&self.phrases.base(word)) || said.used.contains(word);
+        let open: Vec<&String> =
+            part.iter().filter(|word| !self.phrases.filler.contains(*word) && !is_said(word)).collect();
+        !open.iter().any(|word| self.phrases.is_main_verb(word)) && 2 * open.len() <= part.len()
     }
 
     /// Returns whether a verb is newer than the network.
@@ -365,7 +399,8 @@ fn repeated(text: &str) -> Option<(String, u32)> {
         "|",
     ];
     let words = normal(text);
-    let at = words.iter().rposition(|word| word == "repeat" || word == "repeats")?;
+    let repeats = words.iter().rposition(|word| word == "repeat" || word == "repeats");
+    let at = repeats.or_else(|| done_again(&words))?;
     let after = &words[at + 1..];
     let said = said(after);
     let is_all = after.iter().all(|word| WHAT.contains(&word.as_str()) || said.used.contains(word));
@@ -373,6 +408,14 @@ fn repeated(text: &str) -> Option<(String, u32)> {
     let kept = at - words[..at].iter().rev().take_while(joins).count();
     let before: Vec<&str> = words[..kept].iter().map(|word| if word == "|" { "." } else { word }).collect();
     (is_all && !before.is_empty()).then(|| (before.join(" "), said.count.unwrap_or(1).clamp(1, MOST_REPEATED)))
+}
+
+/// Returns where "do it all again" begins, at the end of words.
+fn done_again(words: &[String]) -> Option<usize> {
+    let at = words.iter().rposition(|word| word == "do" || word == "does")?;
+    let is_whole =
+        words.get(at + 1).is_some_and(|word| ["it", "that", "everything", "all", "this"].contains(&word.as_str()));
+    (is_whole && words[at..].iter().any(|word| word == "again")).then_some(at)
 }
 
 /// Returns whether rules left something of a sentence over, or guessed.

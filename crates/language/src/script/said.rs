@@ -78,7 +78,7 @@ pub(super) fn said(words: &[String]) -> Said {
     let mut out = Said::default();
     for (at, word) in words.iter().enumerate() {
         let next = words.get(at + 1).map_or("", String::as_str);
-        if adverb(&mut out, word) || numbered(&mut out, words, at) || way(&mut out, word, next) {
+        if adverb(&mut out, word) || numbered(&mut out, words, at) || way(&mut out, &words[..at], word, next) {
             out.used.push(word.clone());
         }
     }
@@ -89,9 +89,12 @@ pub(super) fn said(words: &[String]) -> Said {
     let height = words.windows(2).find(|two| heights.contains(&two[1].as_str()));
     out.level = height.and_then(|two| match two[0].as_str() {
         "hip" | "waist" | "hips" => Some(40),
+        "belly" | "navel" | "stomach" => Some(52),
         "chest" => Some(75),
         "shoulder" | "shoulders" => Some(90),
-        "head" | "eye" | "face" => Some(115),
+        "chin" | "neck" => Some(100),
+        "mouth" | "nose" => Some(106),
+        "head" | "eye" | "face" | "ear" => Some(115),
         _ => None,
     });
     if let Some(two) = height.filter(|_| out.level.is_some()) {
@@ -480,8 +483,18 @@ fn is_article(words: &[String], at: usize) -> bool {
     words[at] == "one" && (is_other || of_one) || is_pair
 }
 
+/// Returns whether words before a limb make it the aim of another one: "on the", "holding your".
+fn is_aim(before: &[String]) -> bool {
+    const AIMS: [&str; 15] = [
+        "on", "onto", "to", "against", "behind", "over", "touch", "touches", "touching", "hold", "holding", "holds",
+        "grabs", "grab", "across",
+    ];
+    let mut words = before.iter().rev().skip_while(|word| ["the", "your", "his", "her"].contains(&word.as_str()));
+    words.next().is_some_and(|word| AIMS.contains(&word.as_str()))
+}
+
 /// Reads sides and directions.
-fn way(out: &mut Said, word: &str, next: &str) -> bool {
+fn way(out: &mut Said, before: &[String], word: &str, next: &str) -> bool {
     const LIMBS: [&[&str]; 3] = [
         &["hand", "hands", "arm", "arms", "fist", "elbow"],
         &["foot", "feet", "leg", "legs", "knee", "heel"],
@@ -489,6 +502,10 @@ fn way(out: &mut Said, word: &str, next: &str) -> bool {
     ];
     let limb = LIMBS.iter().position(|limb| limb.contains(&next));
     if let ("left" | "right", Some(limb)) = (word, limb) {
+        // "The right foot on the left knee": the first one acts.
+        if out.sides[limb].is_some() && is_aim(before) {
+            return true;
+        }
         let own = if word == "left" { Side::Left } else { Side::Right };
         out.sides[limb] = Some(if out.sides[limb] == Some(own.mirrored()) { Side::Both } else { own });
         return true;

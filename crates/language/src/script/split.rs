@@ -41,7 +41,8 @@ fn says_together(pieces: &mut Vec<(Join, Vec<String>)>) -> bool {
     if let [.., (_, before), (Join::With, one), (Join::And, words), (Join::With, other)] = &pieces[..]
         && !before.is_empty()
         && words.len() > 1
-        && [one, other].iter().all(|limbs| limbs.iter().any(is_limb))
+        && one.iter().any(is_limb)
+        && other.iter().all(|word| is_limb(word) || ["the", "your", "left", "right"].contains(&word.as_str()))
         && (says(one, "left") && says(other, "right") || says(one, "right") && says(other, "left"))
     {
         let at = pieces.len() - 2;
@@ -64,6 +65,11 @@ fn says_together(pieces: &mut Vec<(Join, Vec<String>)>) -> bool {
         }
         _ => false,
     }
+}
+
+/// Returns whether a word is a participle: "waving", but not "swing" or "bring".
+pub(in crate::script) fn is_participle(word: &str) -> bool {
+    word.strip_suffix("ing").is_some_and(|stem| stem.contains(['a', 'e', 'i', 'o', 'u', 'y']))
 }
 
 /// Returns whether a word is among others.
@@ -146,7 +152,7 @@ const JOINS: [(&str, Join); 63] = [
 pub(super) fn normal(text: &str) -> Vec<String> {
     let mut out = String::new();
     let mut before = ' ';
-    for c in with_plain_numbers(&without_list_numbers(&text.to_lowercase())).chars() {
+    for c in with_plain_numbers(&without_list_numbers(without_title(&text.to_lowercase()))).chars() {
         match c {
             '.' | ';' | '!' | '?' | ':' => {
                 // A point between digits is part of the number.
@@ -198,6 +204,15 @@ pub(super) fn normal(text: &str) -> Vec<String> {
     done_again(off_after_turn(words))
 }
 
+/// Returns a list without its title: "warm up: circle the arms, squat, bow".
+fn without_title(text: &str) -> &str {
+    let Some((title, list)) = text.split_once(": ") else { return text };
+    let words: Vec<&str> = title.split_whitespace().collect();
+    let is_limb = |word: &&str| LIMBS.contains(&word.trim_end_matches('s')) || ["left", "right", "both"].contains(word);
+    let is_title = words.len() < 3 && !words.iter().any(is_limb) && list.matches([',', '.']).count() > 1;
+    if is_title { list } else { text }
+}
+
 /// Returns text with the numbers of a list as full stops: "1. squat 2) jump". A list has a first and a second item.
 fn without_list_numbers(text: &str) -> String {
     let text = text.replace("w/o ", "without ").replace("w/ ", "with ");
@@ -211,7 +226,7 @@ fn without_list_numbers(text: &str) -> String {
 }
 
 /// Phrases with words that join elsewhere, and units of several words, as one word; longer ones first.
-const ONE_WORD: [(&str, &str); 26] = [
+const ONE_WORD: [(&str, &str); 28] = [
     ("after this", "then"),
     ("head , shoulders , knees and toes", "headandtoes"),
     ("head , shoulders , knees , toes", "headandtoes"),
@@ -238,6 +253,8 @@ const ONE_WORD: [(&str, &str); 26] = [
     ("m per seconds", "mpers"),
     ("km per hour", "kmperh"),
     ("n", "and"),
+    ("strait", "straight"),
+    ("and den", "and then"),
 ];
 
 /// Openings that ask for what follows, longer ones first.
@@ -311,7 +328,7 @@ pub(super) fn pieces(words: &[String]) -> Vec<(Join, Vec<String>)> {
         if is_other {
             all.push((Join::While, Vec::new()));
         }
-        let opens = |w: &String| w.ends_with("ing") || ["you", "he", "she", "it", "they"].contains(&w.as_str());
+        let opens = |w: &String| is_participle(w) || ["you", "he", "she", "it", "they"].contains(&w.as_str());
         if words[at] == "after" && (at == 0 || words.get(at + 1).is_some_and(opens)) {
             // What stands after it is done first.
             swapped = at > 0;
@@ -428,5 +445,7 @@ mod tests {
         assert_eq!(normal("turn 90° left").join(" "), "turn 90 degrees left");
         assert_eq!(normal("nod 3x, wait 2.5s").join(" "), "nod 3 times , wait 2.5 seconds");
         assert_eq!(normal("high-five!").join(" "), "high five |");
+        assert_eq!(normal("warm up: squat, bow, clap").join(" "), "squat , bow , clap");
+        assert_eq!(normal("left arm: up, out, down").join(" "), "left arm | up , out , down");
     }
 }

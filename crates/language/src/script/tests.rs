@@ -88,7 +88,7 @@ fn free_words_become_actions() {
         ("cud u plz raize ur rigth hand thx", "reach up, right side"),
         ("jgo frwrad adn tehn stpo!!", "jog forward, forward; then stand"),
         ("bow gently", "bow, slow, small"),
-        ("walk forward, stop, and salute", "walk, forward; then salute, right side"),
+        ("walk forward, stop, and salute", "walk, forward; then stand; then salute, right side"),
         ("wave once with each hand", "wave, left side, once; then wave, right side, once"),
         ("before you clap, turn all the way around", "turn, to the left, 360 degrees; then clap, both side"),
         ("face left then face the front again", "turn, to the left, 90 degrees; then turn, to the right, 90 degrees"),
@@ -376,10 +376,7 @@ fn described_limbs_become_postures() {
             "left arm forward, right arm back, and hold",
             "left arm ahead 90 degrees, right arm behind 41 degrees, held 3 s",
         ),
-        (
-            "chin down, chin up, chin down again",
-            "head forward 25, trunk straight; then head back 25, trunk straight; then head forward 25, trunk straight",
-        ),
+        ("chin down, chin up, chin down again", "head forward 25; then head back 25; then head forward 25"),
     ] {
         assert_eq!(line(text), expected, "{text}");
     }
@@ -392,6 +389,169 @@ fn described_limbs_become_postures() {
         ("put your hands on your hips", "hands on hips, both side"),
         ("lift your right knee twice", "knee raise, right side, 2 times"),
         ("step forward with your right foot", "step forward, forward, once"),
+    ] {
+        assert_eq!(line(text), expected, "{text}");
+    }
+}
+
+#[test]
+fn limbs_are_read_by_joint_and_place() {
+    for (text, expected) in [
+        (
+            "left elbow bent, hand pointing at the ceiling, other arm straight down",
+            "left arm ahead 84 degrees, elbow bent 90, right arm down",
+        ),
+        (
+            "right foot a step ahead of the left, weight on it",
+            "trunk to the right 8, right foot on the ground ahead, knees a little bent",
+        ),
+        (
+            "stand with your feet shoulder width apart and your hands on your hips",
+            "both arms to the side 50 degrees, elbow bent 108, touching the hip, left foot down, right foot down",
+        ),
+        (
+            "left hand behind your head, elbow out to the side",
+            "left arm up 136 degrees, elbow bent 104, touching the back of the head",
+        ),
+        ("lift your right thigh until it is level with the floor, lower leg hanging down", "right foot up"),
+        (
+            "arms in a T, then bend the elbows so the hands point up",
+            "both arms to the side 93 degrees; then both arms to the side 88 degrees, elbow bent 90",
+        ),
+        (
+            "right hand on left shoulder, left hand on right shoulder",
+            "both arms ahead 65 degrees, elbow bent 95, touching the other shoulder",
+        ),
+        (
+            "raise your arms sideways to shoulder height and let them sink again",
+            "both arms to the side 90 degrees; then both arms down",
+        ),
+        ("elbows at your sides, forearms straight ahead", "both arms down, elbow bent 90"),
+        (
+            "right hand touches the left knee, then come back up",
+            "right arm ahead 63 degrees, touching the other knee, trunk forward 38, knees a little bent; then right arm down, trunk straight",
+        ),
+        (
+            "stretch left arm diagonally up and right arm diagonally down",
+            "left arm to the side 135 degrees, right arm to the side 45 degrees",
+        ),
+        (
+            "the left arm goes forward, the right arm goes back",
+            "left arm ahead 90 degrees, right arm behind 41 degrees",
+        ),
+        ("step your left foot back and bend the front knee", "left foot on the ground behind, knees bent"),
+        ("bend your left knee so that the heel comes toward your bottom", "left foot up behind"),
+        ("hands at the height of your chin, elbows bent, fists closed", "both arms ahead 48 degrees, elbow bent 122"),
+        (
+            "left arm horizontal to the left, then sweep it to the front",
+            "left arm to the side 93 degrees; then left arm ahead 90 degrees",
+        ),
+        (
+            "shift your weight to the right foot, left leg goes out to the side",
+            "trunk to the right 8, left foot up to the side",
+        ),
+        ("lower your right arm, keep the left one up", "left arm up 160 degrees, right arm down, held 3 s"),
+        (
+            "point with your right arm at the floor in front of you and with left arm at the sky",
+            "left arm up 160 degrees, right arm ahead 45 degrees",
+        ),
+        (
+            "put right hand in front of your mouth and lean head forward",
+            "right arm ahead 84 degrees, elbow bent 96, touching the mouth; then head forward 25",
+        ),
+        ("hang your head and let your shoulders drop", "head forward 25; then trunk forward 10"),
+        (
+            "right hand on the back of your neck, left arm hanging",
+            "right arm up 136 degrees, elbow bent 104, touching the back of the head",
+        ),
+        ("stand on the left leg, right foot tucked behind the left calf", "right foot up behind"),
+        (
+            "arms crossed over chest with hands on opposite shoulders",
+            "both arms ahead 65 degrees, elbow bent 95, touching the other shoulder",
+        ),
+        (
+            "left leg back, toes on the floor, both arms reaching forward",
+            "both arms ahead 90 degrees, left foot on the ground behind, knees a little bent",
+        ),
+        (
+            "turn your head over right shoulder with left arm across your chest",
+            "left arm ahead 46 degrees, elbow bent 86, touching the chest, head turned right 55",
+        ),
+        ("right heel up to your buttocks, left arm forward", "left arm ahead 90 degrees, right foot up behind"),
+        ("both arms out to the front, elbows slightly bent", "both arms ahead 90 degrees"),
+        ("elbows in, forearms pointing to the sides, palms up", "both arms down, elbow bent 90"),
+        ("raise your elbows to shoulder height, hands hanging down", "both arms to the side 88 degrees, elbow bent 90"),
+        (
+            "right arm bent at the elbow with the fist by the shoulder, left arm hangs down",
+            "left arm down, right arm to the side 64 degrees, elbow bent 129, touching the shoulder",
+        ),
+        (
+            "lift right knee to waist level, left hand touching it",
+            "left arm ahead 53 degrees, touching the other knee, right foot up",
+        ),
+        (
+            "right leg extended to the side, foot off the ground, arms horizontal",
+            "both arms ahead 90 degrees, right foot up to the side",
+        ),
+        (
+            "left foot back, right foot back, left foot forward, right foot forward",
+            "left foot on the ground behind, knees a little bent; then right foot on the ground behind, knees a little bent; then left foot down; then right foot down",
+        ),
+        (
+            "arms straight overhead, fingers interlocked, lean to the right then to the left",
+            "both arms up 167 degrees, touching the other hand; then trunk to the right 18; then trunk to the left 18",
+        ),
+    ] {
+        assert_eq!(line(text), expected, "{text}");
+    }
+}
+
+#[test]
+fn every_part_of_a_row_is_done() {
+    for (text, expected) in [
+        (
+            "a waiter carries a tray, puts it down, bows and goes away",
+            "carry box, forward; then pick up, right side; then bow; then turn, to the left, 180 degrees; then walk, forward",
+        ),
+        (
+            "the king steps forward, spreads his arms, speaks to the people, then sits down",
+            "step forward, forward; then arms to sides, both side; then present, right side; then sit",
+        ),
+        (
+            "point at the sky, then point at yourself, then point at the ground",
+            "point up, right side; then hand on heart, right side; then point down, right side",
+        ),
+        (
+            "clap, turn right and do it again",
+            "clap, both side; then turn, to the right, 90 degrees; then clap, both side; then turn, to the right, 90 degrees",
+        ),
+        ("first squat than jump", "squat, once; then jump, in place, once"),
+        ("bow, swing the arms", "bow; then swing arms, both side"),
+        (
+            "shrug, walk up and down, then sit",
+            "shrug, both side, once; then walk, forward; then turn, to the left, 180 degrees; then walk, forward; then sit",
+        ),
+        ("step over a puddle and carry on", "step over, forward; then walk, forward"),
+        ("drink some water, continue talking", "drink, right side; then present, right side"),
+        ("walk away shaking your head", "turn, to the left, 180 degrees; then shake head while: walk, forward"),
+        ("shake your left leg, shake your right leg", "leg swing, left side, once; then leg swing, right side, once"),
+        (
+            "clap, tap your hips, tap your knees",
+            "clap, both side; then hands on hips, both side; then touch knees, once",
+        ),
+        (
+            "punch left, right, left",
+            "punch, left side, once; then punch, right side, once; then punch, left side, once",
+        ),
+        ("talk on the phone while pacing", "phone, right side while: walk, forward"),
+        ("kneel down and pray", "pray, both side while: kneel, right side"),
+        ("crouch and cover your head with your hands", "hands on head, both side while: crouch"),
+        ("walk proudly with chest out and hands on hips", "hands on hips, both side while: walk proud, forward, proud"),
+        ("wave with the left hand and rub your belly with the right", "wave, left side while: rub belly, right side"),
+        (
+            "spin on the spot holding your arms over your head",
+            "raise arms, both side while: turn, to the left, 360 degrees",
+        ),
     ] {
         assert_eq!(line(text), expected, "{text}");
     }

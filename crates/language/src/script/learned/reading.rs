@@ -7,7 +7,7 @@ use super::{COMPOUND, IMPOSSIBLE, OTHER};
 use crate::error::LanguageError;
 use crate::grammar::Grammar;
 use crate::script::phrases::Meaning;
-use crate::script::split::Join;
+use crate::script::split::{Join, is_participle};
 
 /// Words that end no action.
 const JOINS: [&str; 9] = ["with", "and", "while", "then", "before", "after", "as", "|", ","];
@@ -154,7 +154,7 @@ fn join(between: &[String], inside: &[String]) -> Join {
             Join::Then
         }
         () if has(&["with"]) || first == "with" => Join::While,
-        () if has(&[","]) && first.ends_with("ing") => Join::While,
+        () if has(&[","]) && is_participle(first) => Join::While,
         () if between.last().is_some_and(|word| word == "and") || first == "and" => Join::And,
         () => Join::Comma,
     }

@@ -1,8 +1,8 @@
 //! Arms: where hands go, and how elbows bend.
 
 use super::{ARMS, Context, ELBOWS, FOREARMS, Words, side_of};
-use crate::facts::Side;
-use crate::posture::{Arm, Posture, Turn};
+use crate::facts::{Side, Size};
+use crate::posture::{Arm, Foot, Posture, Turn};
 use crate::touch::Touch;
 
 /// Angles of an arm that is lifted, and level (degrees).
@@ -19,13 +19,23 @@ pub(super) fn arms(piece: &Words<'_>, context: &mut Context, posture: &mut Postu
             || context.arms == Some(Side::Both)
             || both_moved(&context.before));
     let names = piece.has(&ARMS) || piece.has(&ELBOWS) || piece.has(&FOREARMS);
-    let side =
-        side_of(piece, plural && piece.said.side.is_none(), context.arms).or(if names { None } else { context.arms });
+    // "Left elbow bent, hand up", "left hand on the hip, elbow out": the same arm.
+    let bent = |arm: Option<Arm>| arm.is_some_and(|arm| arm.elbow > 60.0);
+    let is_bent = match context.arms {
+        Some(Side::Left) => bent(context.before.left_arm),
+        Some(Side::Right) => bent(context.before.right_arm),
+        _ => false,
+    };
+    let is_joint = piece.has(&ELBOWS) || piece.has(&FOREARMS) || is_bent;
+    let is_same = !names || is_joint && !piece.has(&["a", "an", "one"]) && context.arms != Some(Side::Both);
+    let side = side_of(piece, plural && piece.said.side.is_none(), context.arms).or(context.arms.filter(|_| is_same));
     // "An arm": the right one.
     let side = side.or(names.then_some(Side::Right))?;
     let (arm, touch, detail) = arm(piece, context, side)?;
     context.arms = Some(side);
-    if matches!(touch, Some(Touch::Knee | Touch::OtherKnee)) {
+    // Knees that are lifted come to the hands.
+    let stoops = !context.before.is_on_one_foot();
+    if stoops && matches!(touch, Some(Touch::Knee | Touch::OtherKnee)) {
         (posture.trunk, posture.sink) = (Some(Turn { pitch: STOOP, ..Turn::default() }), Some(0.1));
     }
     for own in posture.arm(side).into_iter().flatten() {
@@ -52,7 +62,7 @@ const FLARED: Arm = Arm { raise: 12.0, aside: 70.0, turn: 0.0, elbow: 125.0 };
 /// of two postures says the one, and the other the other.
 pub(super) fn flare(posture: &mut Posture, next: &Posture) -> bool {
     let sides = [(posture.left_arm, next.left_arm), (posture.right_arm, next.right_arm)];
-    let is_out = |arm: Arm| arm.aside > 60.0 && arm.elbow > 60.0;
+    let is_out = |arm: Arm| arm.aside > 60.0;
     let are_both = |(a, b): (Option<Arm>, Option<Arm>)| match (a, b) {
         (Some(a), Some(b)) => a == BEFORE_CHEST && is_out(b) || is_out(a) && b == BEFORE_CHEST,
         _ => false,
@@ -80,11 +90,18 @@ type Placed = (Arm, Option<Touch>, bool);
 
 /// Reads where an arm goes, and what its hand touches.
 fn arm(piece: &Words<'_>, context: &Context, side: Side) -> Option<Placed> {
+    // "Turn the forearms outward", "forearms to the sides" of upper arms that hang.
+    let hangs = [context.before.left_arm, context.before.right_arm].into_iter().flatten().all(|a| a.elevation() < 45.0);
+    let to_sides = piece.has(&["outward", "inward"]) || hangs && piece.has(&["side", "sides", "sideways"]);
+    if piece.has(&FOREARMS) && to_sides && !piece.has(&["at", "by", "against"]) {
+        let turn = if piece.has(&["inward"]) { 50.0 } else { -55.0 };
+        return Some((place(0.0, 8.0, turn, 90.0), None, true));
+    }
     // How a hand is turned is no posture here.
     if piece.has(&["turn", "twist", "rotate"]) {
         return None;
     }
-    at_a_place(piece, side).or_else(|| in_a_direction(piece, context, side))
+    at_a_place(piece, context, side).or_else(|| in_a_direction(piece, context, side))
 }
 
 fn place(raise: f64, aside: f64, turn: f64, elbow: f64) -> Arm {
@@ -92,21 +109,55 @@ fn place(raise: f64, aside: f64, turn: f64, elbow: f64) -> Arm {
 }
 
 /// Reads an arm whose hand is at a part of the body.
-fn at_a_place(piece: &Words<'_>, side: Side) -> Option<Placed> {
-    let on = piece.has(&["on", "to", "against", "touch"]);
+fn at_a_place(piece: &Words<'_>, context: &Context, side: Side) -> Option<Placed> {
+    let on = piece.has(&["on", "to", "against", "touch", "by", "at", "beside"]);
+    let is_upon = piece.has(&["on", "to", "against", "touch"]);
     let both = side == Side::Both;
+    if let Some(face) = at_the_face(piece).filter(|_| !piece.has(&["together"])) {
+        return Some(face);
+    }
+    // "The right knee up, the left hand touching it".
+    let lifted = |foot: Option<Foot>| foot.is_some_and(|foot| foot.height > 0.0);
+    let knee = [(Side::Left, context.before.left_foot), (Side::Right, context.before.right_foot)];
+    let knee = knee.into_iter().find(|(_, foot)| lifted(*foot)).filter(|_| is_upon && piece.has(&["it"]) && !both);
+    if let Some((knee, _)) = knee.filter(|_| piece.has(&["hand", "fist", "palm"])) {
+        let touch = if knee == side { Touch::Knee } else { Touch::OtherKnee };
+        return Some((place(50.0, if knee == side { 0.0 } else { -20.0 }, 10.0, 35.0), Some(touch), true));
+    }
+    // "The arms make a circle in front of the chest".
+    if piece.has(&["circle", "ring"]) {
+        let is_ring = both && piece.has(&["make", "form"]) && piece.has(&["front"]);
+        return is_ring.then_some((place(68.0, 12.0, 48.0, 62.0), None, true));
+    }
+    // "Left hand holding the right elbow".
+    let is_behind = piece.has(&["behind", "back"]);
+    let grips =
+        !is_behind && piece.has(&["hold", "grip", "grab", "touch", "on"]) && piece.has(&["elbow", "forearm", "wrist"]);
+    if grips && !both && piece.has(&["hand", "fist"]) {
+        return Some((place(24.0, -16.0, 55.0, 84.0), Some(Touch::Forearm), true));
+    }
+    // "Hands folded in front of your belly" is no crossing of arms.
+    let folds = piece.has(&["fold", "folded", "clasp", "interlock", "together"]) && piece.has(&["hands", "palms"]);
+    if folds && both && piece.has(&["belly", "stomach", "waist", "hips", "lap", "body"]) {
+        return Some((place(22.0, -10.0, 42.0, 62.0), Some(Touch::Hands), true));
+    }
     let is_level = piece.has(&["height", "level", "high"]) && piece.said.level.is_some();
     let crosses = piece.has(&["cross", "crossed", "fold", "folded"]) && !piece.has_row(&["the", "cross"]);
+    // "Hands on opposite shoulders".
+    if both && piece.has(&["opposite"]) && piece.has(&["shoulder", "shoulders"]) {
+        return Some((place(62.0, -24.0, 40.0, 95.0), Some(Touch::Shoulder), false));
+    }
     if crosses && !piece.has(&["shoulder", "back", "behind"]) && both {
         return Some((CROSSED[0], None, false));
     }
     if on && piece.has(&["hip", "hips", "waist"]) && !is_level {
         return Some((place(-22.0, 46.0, 52.0, 108.0), Some(Touch::Hip), false));
     }
-    if on && piece.has(&["head"]) && !is_level && !piece.has(&["above", "over", "behind"]) {
+    if is_upon && piece.has(&["head"]) && !is_level && !piece.has(&["above", "over", "behind"]) {
         return Some((place(180.0, 3.0, 101.0, 57.0), Some(Touch::Crown), false));
     }
-    if piece.has(&["behind"]) && piece.has(&["head"]) {
+    let is_neck = piece.has(&["neck", "nape"]) && (on || piece.has(&["behind"]));
+    if is_neck || piece.has(&["behind", "back"]) && piece.has(&["head"]) && !piece.has(&["bring", "tilt"]) {
         return Some((place(160.0, 40.0, 60.0, 104.0), Some(Touch::Nape), false));
     }
     if on && piece.has(&["knee", "knees", "thigh", "thighs"]) && !piece.has(&ELBOWS) {
@@ -116,7 +167,7 @@ fn at_a_place(piece: &Words<'_>, side: Side) -> Option<Placed> {
             false => (place(62.0, 4.0, 0.0, 15.0), Some(Touch::Knee), !both),
         });
     }
-    if piece.has(&["ear", "ears"]) && !piece.has(&["over", "above", "straight"]) {
+    if piece.has(&["ear", "ears"]) && !piece.has(&["above", "straight"]) && (both || !piece.has(&["over"])) {
         return Some((place(95.0, 40.0, 30.0, 135.0), Some(Touch::Ear), true));
     }
     let is_low = piece.has_row(&["lower", "back"]) || on && piece.has(&["back"]) && !piece.has(&["bring", "put"]);
@@ -126,10 +177,11 @@ fn at_a_place(piece: &Words<'_>, side: Side) -> Option<Placed> {
     if piece.has_row(&["behind", "your", "back"]) || piece.has_row(&["behind", "the", "back"]) {
         return Some((place(-60.0, 6.0, 49.0, 81.0), Some(Touch::Back), false));
     }
-    if piece.has(&["belly", "stomach"]) && (on || piece.has(&["across"])) {
+    let is_across = piece.has(&["across"]) && piece.has(&["belly", "stomach", "body", "waist"]);
+    if is_across || on && piece.has(&["belly", "stomach"]) {
         return Some((place(14.0, -14.0, 62.0, 88.0), Some(Touch::Belly), true));
     }
-    if on && piece.has(&["chest"]) && !is_level {
+    if (on || piece.has(&["across"])) && piece.has(&["chest"]) && !is_level && !piece.has(&["front"]) {
         return Some((place(42.0, -20.0, 65.0, 86.0), Some(Touch::Chest), false));
     }
     if on && piece.has(&["shoulder", "shoulders"]) && !is_level || crosses && !both {
@@ -144,16 +196,20 @@ fn at_a_place(piece: &Words<'_>, side: Side) -> Option<Placed> {
         return Some((place(50.0, -10.0, 40.0, 90.0), None, true));
     }
     // "The right arm, the left arm, then both together".
-    if piece.has(&["together"]) && both && !piece.names_limb() && !piece.has(&["them"]) {
+    if piece.has(&["together"]) && both && !piece.names_limb() && !piece.has(&["them", "over", "overhead", "above"]) {
         return Some((place(UP, 8.0, 0.0, 6.0), None, false));
     }
     // "Hands in front of the chest": with elbows that point down, or out.
-    if piece.has_row(&["of", "your", "chest"]) || piece.has_row(&["of", "the", "chest"]) {
+    let is_before_chest = ["chest", "heart"]
+        .into_iter()
+        .any(|part| piece.has_row(&["of", "your", part]) || piece.has_row(&["of", "the", part]));
+    if is_before_chest {
         let touch = (both && piece.has(&["together"])).then_some(Touch::Hands);
         return Some((BEFORE_CHEST, touch, true));
     }
     if piece.has(&["together"]) && both {
-        return match piece.has(&["overhead", "above", "over", "up"]) {
+        let is_up = context.before.left_arm.is_some_and(|arm| arm.elevation() > 120.0);
+        return match is_up || piece.has(&["overhead", "above", "over", "up"]) {
             true => Some((place(168.0, -6.0, 10.0, 20.0), Some(Touch::Hands), true)),
             false => Some((place(52.0, -8.0, 32.0, 60.0), Some(Touch::Hands), true)),
         };
@@ -161,15 +217,43 @@ fn at_a_place(piece: &Words<'_>, side: Side) -> Option<Placed> {
     None
 }
 
+/// Reads an arm whose hand is at the face.
+fn at_the_face(piece: &Words<'_>) -> Option<Placed> {
+    let is_there =
+        piece.has(&["on", "to", "against", "touch", "front", "over", "at"]) && !piece.has(&["height", "level"]);
+    let touch = match () {
+        () if piece.has(&["mouth", "lips"]) => Touch::Mouth,
+        () if piece.has(&["nose"]) => Touch::Nose,
+        () if piece.has(&["forehead"]) => Touch::Brow,
+        () if piece.has(&["eyes", "face"]) => Touch::Eyes,
+        () if piece.has(&["heart"]) => Touch::Heart,
+        () => return None,
+    };
+    let arm = match touch {
+        Touch::Heart => place(42.0, -20.0, 65.0, 86.0),
+        Touch::Brow => place(110.0, -10.0, 45.0, 95.0),
+        _ => place(84.0, -19.0, 33.0, 96.0),
+    };
+    is_there.then_some((arm, Some(touch), true))
+}
+
+/// Returns whether upper arms are to stay at the body.
+fn at_the_body(piece: &Words<'_>) -> bool {
+    if piece.has(&ELBOWS) && piece.words.last().is_some_and(|word| word == "in") {
+        return true;
+    }
+    let is_at = piece.has(&["at", "by", "against", "close", "tight", "near", "to"]);
+    is_at && piece.has(&["sides", "ribs", "body", "waist"]) && !piece.has(&["out", "away", "across"])
+}
+
 /// Reads an arm that points somewhere, or the bend of its elbow.
 fn in_a_direction(piece: &Words<'_>, context: &Context, side: Side) -> Option<Placed> {
     let before = if side == Side::Left { context.before.left_arm } else { context.before.right_arm };
     // "Upper arms stay at your sides": the forearms stay as they are.
-    let hangs = piece.has_row(&["at", "your", "sides"])
-        || piece.has_row(&["by", "your", "sides"])
-        || piece.has_row(&["at", "the", "sides"]);
-    if let Some(before) = before.filter(|before| piece.has(&["upper", "upperarms"]) && hangs && before.elbow > 60.0) {
-        return Some((Arm { elbow: before.elbow, ..Arm::HANGING }, None, true));
+    // "Elbows at your sides", too.
+    if piece.has(&["upper", "upperarms"]) && at_the_body(piece) || piece.has(&ELBOWS) && at_the_body(piece) {
+        let elbow = before.map_or(Arm::HANGING.elbow, |before| before.elbow);
+        return Some((Arm { elbow, ..Arm::HANGING }, None, true));
     }
     // "Upper arms out to the sides": the forearms stay as they are.
     if let Some(before) = before.filter(|before| piece.has(&["upper"]) && before.elbow > 60.0) {
@@ -185,15 +269,35 @@ fn in_a_direction(piece: &Words<'_>, context: &Context, side: Side) -> Option<Pl
     );
     let aside = aside || piece.has(&["spread", "open"]) || piece.has(&["out"]) && !ahead;
     let behind = piece.has(&["behind", "backward", "backwards"]) || piece.has(&["back"]) && !piece.has(&["bring"]);
+    let is_diagonal = piece.has(&["diagonally", "diagonal"]);
+    let to_floor = piece.has(&["floor", "ground"]);
     let up =
         piece.has(&["up", "overhead", "above", "over", "sky", "ceiling", "air", "upward", "vertical", "vertically"])
             || piece.has(&["high"]) && lifted.is_none();
     let is_lifted = piece.has(&["raise", "lift"]) || context.last_verb == "raise" || context.last_verb == "lift";
-    let down = piece.has(&["down", "lower", "drop", "hang", "rest", "dangle"])
+    let down = piece.has(&["down", "lower", "drop", "hang", "rest", "dangle", "sink", "fall"])
+        || to_floor && !ahead
         || piece.has_row(&["at", "your", "sides"])
         || piece.has_row(&["by", "your", "sides"]);
-    if is_elbow {
+    // "Elbow bent, hand pointing up": the forearm does.
+    let is_forearm = piece.has(&["point"]) && before.is_some_and(|arm| arm.elbow > 60.0 && arm.elevation() < 45.0);
+    // "Elbows bent, hands pointing forward": as they do.
+    if let Some(before) = before.filter(|_| is_forearm && ahead && !up) {
+        return Some((before, None, true));
+    }
+    if is_elbow || up && is_forearm && context.before.touches.is_none() {
         return forearm(piece, before.unwrap_or(Arm::HANGING), up, aside, ahead);
+    }
+    if is_diagonal && down && !up {
+        return Some((place(0.0, 45.0, 0.0, 6.0), None, false));
+    }
+    if to_floor && ahead && !up {
+        return Some((place(45.0, 3.0, 0.0, 6.0), None, false));
+    }
+    // "The left arm to the left": to its own side, or across the body.
+    if let Some(own) = to_a_side(piece).filter(|_| !(ahead || aside || behind || up || down)) {
+        let arm = if own == side { place(0.0, 93.0, 0.0, 6.0) } else { place(84.0, -24.0, 30.0, 15.0) };
+        return (side != Side::Both).then_some((arm, None, false));
     }
     if down && !up && lifted.is_none() {
         return Some((Arm::HANGING, None, false));
@@ -224,13 +328,23 @@ fn in_a_direction(piece: &Words<'_>, context: &Context, side: Side) -> Option<Pl
     Some((found, None, piece.has(&["bent"])))
 }
 
+/// Returns the side of "to the left".
+fn to_a_side(piece: &Words<'_>) -> Option<Side> {
+    match () {
+        () if piece.has_row(&["to", "the", "left"]) => Some(Side::Left),
+        () if piece.has_row(&["to", "the", "right"]) => Some(Side::Right),
+        () => None,
+    }
+}
+
 /// Reads an elbow or a forearm of an arm.
 fn forearm(piece: &Words<'_>, before: Arm, up: bool, aside: bool, ahead: bool) -> Option<Placed> {
     let is_bent = piece.has(&["bend", "bent"]) || piece.degrees().is_some();
-    let is_straight = piece.has(&["straight", "straighten"]) && !is_bent;
+    let is_straight = piece.has(&["straight", "straighten"]) && !is_bent && !piece.has(&FOREARMS);
     let elbow = match (piece.degrees(), is_straight) {
         (Some(degrees), _) => degrees.min(140.0),
         (None, true) => 6.0,
+        (None, false) if piece.said.size == Some(Size::Small) => 35.0,
         (None, false) => 90.0,
     };
     let is_out = before.aside > 45.0 || aside;
@@ -243,6 +357,8 @@ fn forearm(piece: &Words<'_>, before: Arm, up: bool, aside: bool, ahead: bool) -
         () if piece.has(&ELBOWS) && piece.said.level == Some(90) && !ahead => {
             Arm { raise: 0.0, aside: 88.0, turn: before.turn, elbow: before.elbow }
         }
+        // "Hands at chin height, elbows bent": like a boxer's.
+        () if is_bent && !up && before.raise > 95.0 && before.raise < 125.0 => place(48.0, 6.0, 12.0, 122.0),
         () if up && is_out => Arm { raise: 0.0, aside: 88.0, turn: -88.0, elbow },
         // "Bend your elbows so that your forearms point up": the upper arms hang.
         () if up && is_bent && before.raise < 45.0 => Arm { raise: 12.0, aside: 10.0, turn: 0.0, elbow: 140.0 },

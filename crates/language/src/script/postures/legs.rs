@@ -16,7 +16,23 @@ pub(super) fn legs(piece: &Words<'_>, context: &mut Context, posture: &mut Postu
     if piece.has(&["head", "chin"]) {
         return None;
     }
-    let plural = piece.has(&["legs", "feet", "knees"]);
+    let plural = piece.has(&["legs", "feet", "knees", "stance", "heels"]);
+    // "The shin hangs", of a knee that is up.
+    let is_shin = piece.has(&["shin", "shins"]) && context.legs.is_some();
+    if is_shin && piece.has(&["hang", "vertical", "vertically", "down", "relaxed", "loose"]) {
+        return Some(true);
+    }
+    // "Bend your knee so that the heel comes to your bottom".
+    if piece.has(&["heel"]) && piece.has(&["bottom", "bum", "butt", "backside", "glutes", "buttocks"]) && !plural {
+        let side = side_of(piece, false, context.legs).or(context.legs).unwrap_or(Side::Right);
+        let foot = Some(Foot { to: [-0.2, if side == Side::Left { 0.01 } else { -0.01 }], height: 0.24 });
+        context.legs = Some(side);
+        match side {
+            Side::Left => posture.left_foot = foot,
+            _ => posture.right_foot = foot,
+        }
+        return Some(true);
+    }
     let bends = piece.has(&["bend", "bent"]) && piece.has(&["knee", "knees", "legs", "leg"]);
     if bends && (plural || piece.has(&["front"]) || context.legs.is_some()) && !piece.has(&["raise", "lift"]) {
         let deep =
@@ -24,9 +40,26 @@ pub(super) fn legs(piece: &Words<'_>, context: &mut Context, posture: &mut Postu
         posture.sink = Some(deep);
         return Some(true);
     }
+    // "Foot off the ground", of one that is up.
+    let says_way =
+        piece.has(&["front", "forward", "ahead", "back", "behind", "side", "sideways", "out", "raise", "lift"]);
+    if piece.has(&["off"]) && !plural && !says_way && context.before.is_on_one_foot() {
+        return Some(true);
+    }
+    // "Stand on the left leg": the other one is up.
+    if piece.has(&["stand"]) && piece.has(&["on"]) && piece.has(&["leg", "foot"]) {
+        let side = piece.said.side.filter(|side| *side != Side::Both)?.mirrored();
+        let foot = Some(Foot { to: [0.02, if side == Side::Left { 0.01 } else { -0.01 }], height: 0.2 });
+        context.legs = Some(side);
+        match side {
+            Side::Left => posture.left_foot = foot,
+            _ => posture.right_foot = foot,
+        }
+        return Some(false);
+    }
     // "Put your weight on the left leg": over it.
     if piece.has(&["weight"]) {
-        let side = side_of(piece, false, context.legs)?;
+        let side = side_of(piece, false, context.legs).or(context.legs)?;
         posture.trunk = Some(Turn { roll: if side == Side::Left { -OVER } else { OVER }, ..Turn::default() });
         context.legs = Some(side.mirrored());
         return Some(true);
@@ -40,9 +73,15 @@ pub(super) fn legs(piece: &Words<'_>, context: &mut Context, posture: &mut Postu
         posture.sink = Some(0.0);
         return Some(true);
     }
-    if plural && piece.has(&["apart", "wide", "wider"]) {
+    if plural && piece.has(&["apart", "wide", "wider", "width"]) {
+        // "Shoulder width apart" is hardly wider than people stand.
+        let is_narrow = piece.has(&["width", "hip", "hips"]) && !piece.has(&["wider"]);
+        let way = if is_narrow { 0.04 } else { 0.11 };
         (posture.left_foot, posture.right_foot) =
-            (Some(Foot { to: [0.0, 0.11], height: 0.0 }), Some(Foot { to: [0.0, -0.11], height: 0.0 }));
+            (Some(Foot { to: [0.0, way], height: 0.0 }), Some(Foot { to: [0.0, -way], height: 0.0 }));
+        if is_narrow {
+            return Some(true);
+        }
         posture.sink = Some(if piece.has(&["low", "bent"]) { DEEP } else { FAR });
         return Some(true);
     }
@@ -93,17 +132,19 @@ fn foot(piece: &Words<'_>, side: Side, last_verb: &str) -> Option<(Foot, bool)> 
             "keep",
             "stretch",
             "straighten",
+            "horizontal",
+            "tucked",
             "extend",
             "up",
             "off",
             "air",
             "stick",
         ]);
-    let steps = piece.has(&["move", "put", "place", "set", "bring", "slide"])
+    let steps = piece.has(&["move", "put", "place", "set", "bring", "slide", "step"])
         && (ahead || behind || aside)
         && !piece.has(&["up", "air"]);
     let lift = |to: [f64; 2], height: f64| Some((Foot { to, height }, false));
-    if piece.has(&["down", "lower", "drop", "ground", "floor"]) && !piece.has(&["up", "off"]) {
+    if piece.has(&["down", "lower", "drop", "ground", "floor"]) && !piece.has(&["up", "off", "above"]) {
         return Some((Foot::STANDING, false));
     }
     if steps {
@@ -112,7 +153,7 @@ fn foot(piece: &Words<'_>, side: Side, last_verb: &str) -> Option<(Foot, bool)> 
             () if ahead => [0.26, 0.0],
             () => [0.0, 0.2 * out],
         };
-        return Some((Foot { to, height: 0.0 }, true));
+        return Some((Foot { to, height: 0.0 }, !piece.has(&["step"])));
     }
     // "Left foot back" is a step; a leg's base form is a foot, too.
     if piece.words.iter().any(|word| word == "foot") && !lifts {

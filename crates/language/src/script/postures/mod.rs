@@ -6,18 +6,20 @@
 mod arms;
 mod legs;
 mod trunk;
+mod words;
 
 use arms::{arms, flare};
 use legs::legs;
 use trunk::{head, trunk};
+use words::{ARMS, ELBOWS, FILLERS, FOREARMS, LEGS, MOVES, OTHERS, PLACES, RETURNS, STATES, TRUNK};
 
 use super::Clause;
 use super::beside::without_negations;
 use super::phrases::Phrases;
 use super::said::{Said, said};
 use super::spelling::spelt;
-use super::split::{Join, normal, pieces};
-use crate::facts::{Side, Speed};
+use super::split::{Join, is_participle, normal, pieces};
+use crate::facts::{Mood, Side, Speed};
 use crate::posture::{Arm, Foot, Posture, Turn};
 use crate::touch::Touch;
 
@@ -27,192 +29,10 @@ const AT_THE_END: f64 = 1.2;
 const HELD: f64 = 3.0;
 /// Share of a head's roll that the trunk shows: most necks of robots do not roll.
 const LEANS: f64 = 0.8;
+/// Lean forward of hanging shoulders, and back of a chest that is stuck out (degrees).
+const SLUMP: f64 = 10.0;
+const CHEST_OUT: f64 = 6.0;
 
-const ARMS: [&str; 10] = ["arm", "arms", "hand", "hands", "fist", "fists", "palm", "palms", "upperarm", "upperarms"];
-const ELBOWS: [&str; 2] = ["elbow", "elbows"];
-const FOREARMS: [&str; 2] = ["forearm", "forearms"];
-const LEGS: [&str; 9] = ["leg", "legs", "foot", "feet", "knee", "knees", "thigh", "thighs", "heel"];
-const TRUNK: [&str; 5] = ["trunk", "torso", "body", "waist", "chest"];
-const MOVES: [&str; 39] = [
-    "tip",
-    "slide",
-    "pull",
-    "touch",
-    "get",
-    "sink",
-    "dangle",
-    "raise",
-    "lift",
-    "put",
-    "hold",
-    "stretch",
-    "extend",
-    "bring",
-    "keep",
-    "lower",
-    "drop",
-    "bend",
-    "straighten",
-    "open",
-    "spread",
-    "reach",
-    "move",
-    "place",
-    "point",
-    "hang",
-    "let",
-    "tilt",
-    "lean",
-    "turn",
-    "twist",
-    "rotate",
-    "stick",
-    "set",
-    "stand",
-    "have",
-    "cross",
-    "fold",
-    "rest",
-];
-const PLACES: [&str; 55] = [
-    "up",
-    "down",
-    "high",
-    "overhead",
-    "above",
-    "over",
-    "sky",
-    "ceiling",
-    "air",
-    "out",
-    "side",
-    "sides",
-    "sideways",
-    "apart",
-    "wide",
-    "forward",
-    "forwards",
-    "front",
-    "ahead",
-    "behind",
-    "back",
-    "backward",
-    "backwards",
-    "height",
-    "level",
-    "bent",
-    "horizontal",
-    "horizontally",
-    "parallel",
-    "vertical",
-    "vertically",
-    "together",
-    "straight",
-    "hip",
-    "hips",
-    "shoulder",
-    "shoulders",
-    "eye",
-    "wider",
-    "than",
-    "across",
-    "belly",
-    "stomach",
-    "ground",
-    "floor",
-    "top",
-    "degrees",
-    "outward",
-    "upward",
-    "trail",
-    "ear",
-    "ears",
-    "diagonally",
-    "diagonal",
-    "ribs",
-];
-const FILLERS: [&str; 74] = [
-    "toward",
-    "towards",
-    "bum",
-    "butt",
-    "bottom",
-    "backside",
-    "weight",
-    "only",
-    "along",
-    "stretched",
-    "come",
-    "shin",
-    "whole",
-    "entire",
-    "next",
-    "is",
-    "are",
-    "balance",
-    "by",
-    "slowly",
-    "until",
-    "the",
-    "your",
-    "his",
-    "her",
-    "its",
-    "their",
-    "my",
-    "a",
-    "an",
-    "to",
-    "at",
-    "in",
-    "on",
-    "of",
-    "it",
-    "them",
-    "so",
-    "that",
-    "with",
-    "and",
-    "you",
-    "please",
-    "still",
-    "there",
-    "for",
-    "about",
-    "fully",
-    "completely",
-    "slightly",
-    "little",
-    "this",
-    "position",
-    "pose",
-    "like",
-    "ur",
-    "into",
-    "from",
-    "now",
-    "opposite",
-    "loose",
-    "loosely",
-    "relaxed",
-    "bit",
-    "while",
-    "moment",
-    "few",
-    "inch",
-    "inches",
-    "off",
-    "go",
-    "goes",
-    "then",
-    "everything",
-];
-const OTHERS: [&str; 12] =
-    ["both", "other", "one", "each", "left", "right", "head", "chin", "upper", "straightened", "stay", "again"];
-/// Words that end a posture.
-const RETURNS: [&str; 3] = ["relax", "return", "lower"];
-/// Verbs that say where something is, and no movement.
-const STATES: [&str; 7] = ["rest", "point", "hang", "stand", "have", "hold", "keep"];
 /// Fewest movements in a row that are postures beside other actions.
 const IN_A_ROW: usize = 2;
 /// Fewest that are so beside words that mean nothing.
@@ -302,11 +122,12 @@ impl Row {
             piece.has(&ELBOWS) || piece.has(&FOREARMS) || piece.has(&["upper"]) || is_height && !piece.names_limb();
         let is_along = match join {
             Join::While | Join::With => true,
-            Join::Comma => !read.moves,
+            Join::Comma => !read.moves && !self.steps_on(&read.posture),
             // "Raise the left arm and lift the right knee": limbs that both go somewhere do so at once.
             Join::And => !read.moves || self.goes_along(&read.posture) && !piece.has(&["then", "both", "them", "it"]),
             Join::Then => false,
         };
+        let is_pair = self.postures.last().is_some_and(|last| last.touches.is_some() && read.posture.touches.is_some());
         let flares = is_along && self.postures.last_mut().is_some_and(|last| flare(last, &read.posture));
         match self.postures.last_mut() {
             Some(last) if flares => last.hold = last.hold.max(read.posture.hold),
@@ -315,12 +136,20 @@ impl Row {
                 last.hold = last.hold.max(read.posture.hold);
             }
             Some(last) if read.posture.is_empty() => last.hold = last.hold.max(read.posture.hold),
+            // "Hand behind the head, elbow out": as it is by then.
+            Some(last) if is_along && piece.has(&ELBOWS) && rests(last, &read.posture) => {}
+            // "Hands on the thighs, leaning forward": as the trunk does by then.
+            Some(last) if is_along && last.trunk.is_some() && read.posture.is_lean() && last.touches.is_some() => {}
             // "Until the thigh is level": the same again.
             Some(last) if Posture { hold: last.hold, ..read.posture.clone() } == *last => {
                 last.hold = last.hold.max(read.posture.hold);
             }
             // "The arms out, the elbows bent": the second says more about the first.
-            Some(last) if is_along && (is_more || !last.overlaps(&read.posture)) => last.extend(&read.posture),
+            Some(last) if is_along && (is_more || refines(last, &read.posture) || !last.overlaps(&read.posture)) => {
+                // Hands at two places are what no verb does.
+                self.is_detailed |= is_pair;
+                last.extend(&read.posture);
+            }
             _ => {
                 self.moves += 1;
                 self.postures.push(read.posture);
@@ -330,6 +159,15 @@ impl Row {
         *sum = Posture::default();
         self.postures.iter().for_each(|posture| sum.extend(posture));
         true
+    }
+
+    /// Returns whether one foot steps after the other: both do not at once.
+    fn steps_on(&self, posture: &Posture) -> bool {
+        let steps = |foot: Option<Foot>| foot.is_some_and(|foot| foot.height == 0.0 && foot.to[0] != 0.0);
+        let stepped = self.postures.last().is_some_and(|last| steps(last.left_foot) || steps(last.right_foot));
+        let ahead = |posture: &Posture| posture.left_foot.or(posture.right_foot).is_some_and(|foot| foot.to[0] > 0.0);
+        let is_other_way = self.postures.last().is_some_and(|last| ahead(last) != ahead(posture));
+        stepped && (steps(posture.left_foot) || steps(posture.right_foot)) && !is_other_way
     }
 
     /// Returns whether a posture is there at once with the last one: of limbs, or of the trunk above a lifted leg.
@@ -371,7 +209,8 @@ pub(super) fn segments(
         while let Some((join, words)) = pieces.get(end) {
             let bases = words.iter().map(|word| phrases.base(word)).collect();
             // "OK so:", "like Julie Andrews on the hill": what asks for nothing.
-            let says_nothing = words.iter().all(|word| phrases.filler.contains(word)) || likens(words);
+            let opens = end == 0 && only_stands(words, pieces.get(1));
+            let says_nothing = words.iter().all(|word| phrases.filler.contains(word)) || likens(words) || opens;
             let is_posture = row.add(*join, &Words { words, bases, said: said(words) });
             if !is_posture && !(says_nothing && (!row.postures.is_empty() || end + 1 < pieces.len())) {
                 break;
@@ -406,7 +245,46 @@ pub(super) fn segments(
     (out.iter().any(|one| matches!(one, Segment::Postures(_))) && out.iter().all(is_sure)).then_some(out)
 }
 
-/// Puts the limb of "reach up with the left arm" beside its verb.
+/// Returns whether words before a description only say that somebody stands: "stand with", "from standing,".
+fn only_stands(words: &[String], next: Option<&(Join, Vec<String>)>) -> bool {
+    const STANDS: [&str; 8] = ["stand", "standing", "from", "straight", "tall", "upright", "still", "up"];
+    let describes = next.is_some_and(|(join, _)| matches!(join, Join::With | Join::Comma | Join::Then));
+    describes
+        && words.iter().all(|word| STANDS.contains(&word.as_str()))
+        && words.iter().any(|w| w.starts_with("stand"))
+}
+
+/// Returns whether a posture says more about arms that the last one describes: a bent elbow whose hand points up, raised
+/// arms whose hands meet.
+fn refines(last: &Posture, next: &Posture) -> bool {
+    let bends = |next: Option<Arm>, last: Option<Arm>| match (next, last) {
+        (None, _) => true,
+        (Some(next), Some(last)) => next.elbow > 60.0 && last.elbow > 60.0,
+        (Some(_), None) => false,
+    };
+    // "Stand on the left leg, the right foot behind": where it is held.
+    let lifts = |foot: Option<Foot>| foot.is_some_and(|foot| foot.height > 0.0);
+    let only_feet = Posture { left_foot: None, right_foot: None, sink: None, ..next.clone() }.is_empty();
+    let is_left = lifts(next.left_foot) && lifts(last.left_foot);
+    if only_feet && (is_left || lifts(next.right_foot) && lifts(last.right_foot)) {
+        return true;
+    }
+    let meets = next.touches == Some(Touch::Hands) && last.left_arm.is_some() && last.left_arm == last.right_arm;
+    let is_bent = bends(next.left_arm, last.left_arm) && bends(next.right_arm, last.right_arm);
+    next.moves_only_arms() && last.touches.is_none() && (meets || is_bent)
+}
+
+/// Returns whether a posture moves arms alone that already rest somewhere.
+fn rests(last: &Posture, next: &Posture) -> bool {
+    let within = |next: Option<Arm>, last: Option<Arm>| next.is_none() || last.is_some();
+    last.touches.is_some()
+        && next.moves_only_arms()
+        && next.touches.is_none()
+        && within(next.left_arm, last.left_arm)
+        && within(next.right_arm, last.right_arm)
+}
+
+/// Puts the limb of "reach up with the left arm" beside its verb, and that of "point with your arm at the floor".
 fn with_limbs(pieces: Vec<(Join, Vec<String>)>) -> Vec<(Join, Vec<String>)> {
     const ARTICLES: [&str; 8] = ["the", "your", "his", "her", "both", "one", "left", "right"];
     let is_limb = |words: &[String]| {
@@ -416,7 +294,11 @@ fn with_limbs(pieces: Vec<(Join, Vec<String>)>) -> Vec<(Join, Vec<String>)> {
     };
     let mut out: Vec<(Join, Vec<String>)> = Vec::with_capacity(pieces.len());
     for (join, words) in pieces {
-        match out.last_mut().filter(|(_, last)| join == Join::With && is_limb(&words) && !last.is_empty()) {
+        let is_verb =
+            |last: &[String]| matches!(last, [verb] if ["point", "reach", "stretch"].contains(&verb.as_str()));
+        let names = words.iter().any(|word| ARMS.contains(&word.as_str()));
+        let belongs = |last: &[String]| is_limb(&words) && !last.is_empty() || is_verb(last) && names;
+        match out.last_mut().filter(|(_, last)| join == Join::With && belongs(last)) {
             Some((_, last)) => last.extend(words),
             None => out.push((join, words)),
         }
@@ -437,7 +319,7 @@ pub(super) fn overlaid(phrases: &Phrases, text: &str) -> Option<(String, Posture
             continue;
         }
         let piece = Words { words, bases, said: said(words) };
-        let keeps = piece.has(&["hold", "keep"]) || piece.words.iter().any(|word| word.ends_with("ing"));
+        let keeps = piece.has(&["hold", "keep"]) || piece.words.iter().any(|word| is_participle(word));
         let is_along = match join {
             Join::With | Join::While => true,
             // In a row of actions a posture is one more.
@@ -471,6 +353,10 @@ fn read(whole: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
     if piece.repeats() || said.count.is_some_and(|count| count > 1) || said.metres.is_some() || said.pace.is_some() {
         return None;
     }
+    // "Step your left foot back" is a description, "step back with your left foot" an action.
+    if piece.has(&["step"]) && !steps_foot(piece) {
+        return None;
+    }
     let hold = said.seconds.or(piece.has(&["hold", "keep", "stay", "balance"]).then_some(HELD));
     let verb = piece.bases.iter().find(|base| MOVES.contains(&base.as_str())).cloned();
     let mut posture = Posture { slow: said.speed == Some(Speed::Slow), ..Posture::default() };
@@ -487,6 +373,10 @@ fn read(whole: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
     // "Come back up": the trunk and the knees, not what was lifted.
     let rises = ["come", "comes", "get", "back", "up", "straighten", "again", "then"];
     if follows && piece.has(&["up"]) && piece.words.iter().all(|word| rises.contains(&word.as_str())) {
+        // Hands that reach down come along.
+        if context.before.sink.is_some() && context.before.touches.is_some() {
+            posture = standing(&context.before);
+        }
         posture.trunk = context.before.trunk.map(|_| Turn::default());
         posture.sink = context.before.sink.map(|_| 0.0);
         return (!posture.is_empty()).then_some(Read { posture, moves: true, is_detailed: false });
@@ -508,8 +398,10 @@ fn read(whole: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
         let hold = hold.unwrap_or(HELD);
         return Some(Read { posture: Posture { hold, ..posture }, moves: false, is_detailed: true });
     }
-    let is_of_head = piece.has(&["head", "chin"]) && !on_the_head(piece) && !piece.has(&["height", "level"]);
-    if on_the_head(piece) && !names_limb && !refers {
+    let is_of_head = piece.has(&["head", "chin"])
+        && (!on_the_head(piece) || turns_over_shoulder(piece))
+        && !piece.has(&["height", "level"]);
+    if on_the_head(piece) && !names_limb && !refers && !turns_over_shoulder(piece) {
         return None;
     }
     let mentions_arms = piece.has(&ARMS) || piece.has(&ELBOWS) || piece.has(&FOREARMS);
@@ -528,9 +420,19 @@ fn read(whole: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
         && said.side.is_some();
     if returns || lowers && has_both {
         posture = standing(&context.before);
+    } else if slumps(piece) && !piece.names_limb() {
+        posture.trunk = Some(Turn { pitch: SLUMP, ..Turn::default() });
+        detail = true;
+    } else if follows && said.mood == Some(Mood::Proud) && !names_limb && verb.as_deref().is_none_or(|v| v == "stick") {
+        // "Chest out", which is read as a manner before.
+        posture.trunk = Some(Turn { pitch: -CHEST_OUT, ..Turn::default() });
+        detail = true;
     } else if is_of_head && !mentions_arms {
         posture.head = Some(head(piece)?);
-        posture.trunk = Some(Turn { roll: LEANS * posture.head.map_or(0.0, |head| head.roll), ..Turn::default() });
+        // The trunk rolls with the head, and comes back where it did.
+        let roll = LEANS * posture.head.map_or(0.0, |head| head.roll);
+        let is_rolled = context.before.trunk.is_some_and(|trunk| trunk.roll != 0.0);
+        posture.trunk = (roll != 0.0 || is_rolled).then(|| Turn { roll, ..Turn::default() });
         detail |= hold.is_some() || piece.degrees().is_some();
     } else if (piece.has(&["lean", "tilt", "tip"]) || leans_on) && !mentions_arms
         || piece.has(&["bend", "twist", "turn", "rotate"]) && piece.has(&TRUNK) && !names_limb
@@ -546,14 +448,36 @@ fn read(whole: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
     } else {
         return None;
     }
-    posture.hold = hold.unwrap_or(0.0);
+    // "Holding the right elbow" is a grip.
+    let is_grip = posture.touches == Some(Touch::Forearm) && said.seconds.is_none();
+    posture.hold = hold.filter(|_| !is_grip).unwrap_or(0.0);
     let goes = |(word, base): (&String, &String)| {
         let is_verb = MOVES.contains(&base.as_str()) && !STATES.contains(&base.as_str());
-        is_verb && !word.ends_with("ing") && !word.ends_with("ed") && word != "bent"
+        is_verb && !is_participle(word) && !word.ends_with("ed") && word != "bent"
     };
-    let moves = piece.words.iter().zip(&piece.bases).any(goes) || is_down(&posture);
+    let moves =
+        piece.words.iter().zip(&piece.bases).any(goes) || is_down(&posture) && puts_down(&posture, &context.before);
     context.last_verb = verb.unwrap_or_else(|| std::mem::take(&mut context.last_verb));
     Some(Read { posture, moves, is_detailed: detail })
+}
+
+/// Returns whether a foot is the object of a step.
+fn steps_foot(piece: &Words<'_>) -> bool {
+    let Some(at) = piece.bases.iter().position(|base| base == "step") else { return false };
+    let objects =
+        piece.words[at + 1..].iter().skip_while(|word| ["your", "the", "left", "right"].contains(&word.as_str()));
+    objects.take(1).any(|word| word == "foot" || word == "leg")
+}
+
+/// Returns whether a piece lets the shoulders drop.
+fn slumps(piece: &Words<'_>) -> bool {
+    const DROPS: [&str; 7] = ["drop", "hang", "sink", "fall", "relax", "round", "hunch"];
+    piece.has(&["shoulders"]) && piece.has(&DROPS) && !piece.has(&["height", "level"])
+}
+
+/// Returns whether a head turns over a shoulder.
+fn turns_over_shoulder(piece: &Words<'_>) -> bool {
+    piece.has(&["turn", "rotate"]) && piece.has(&["over"]) && piece.has(&["shoulder"])
 }
 
 /// Returns whether words only say what something is like.
@@ -572,6 +496,18 @@ fn is_down(posture: &Posture) -> bool {
     let feet: Vec<&Foot> = posture.left_foot.iter().chain(&posture.right_foot).collect();
     let has_limbs = !arms.is_empty() || !feet.is_empty();
     has_limbs && arms.iter().all(|arm| **arm == Arm::HANGING) && feet.iter().all(|foot| **foot == Foot::STANDING)
+}
+
+/// Returns whether a posture puts something down that was up, or both arms at a time.
+fn puts_down(posture: &Posture, before: &Posture) -> bool {
+    let were = |now: Option<Arm>, before: Option<Arm>| now.is_some() && before.is_some_and(|arm| arm != Arm::HANGING);
+    let stood = |now: Option<Foot>, before: Option<Foot>| now.is_some() && before.is_some_and(|f| f != Foot::STANDING);
+    let is_first = before.is_empty();
+    is_first
+        || were(posture.left_arm, before.left_arm)
+        || were(posture.right_arm, before.right_arm)
+        || stood(posture.left_foot, before.left_foot)
+        || stood(posture.right_foot, before.right_foot)
 }
 
 /// Returns the posture of standing, of the parts that another one moved.

@@ -46,10 +46,10 @@ pub(super) fn head(piece: &Words<'_>) -> Option<Turn> {
     match () {
         () if turns && side.is_some() => Some(Turn { yaw: sign * degrees.unwrap_or(LOOK), ..Turn::default() }),
         () if side.is_some() => Some(Turn { roll: -sign * degrees.unwrap_or(NOD), ..Turn::default() }),
-        () if piece.has(&["chin", "sink"]) && piece.has(&["chest"]) => {
+        () if piece.has(&["chin", "sink", "tuck"]) && piece.has(&["chest"]) => {
             Some(Turn { pitch: degrees.unwrap_or(NOD), ..Turn::default() })
         }
-        () if piece.has(&["down", "lower", "drop", "hang", "forward", "sink"]) => {
+        () if piece.has(&["down", "lower", "drop", "hang", "forward", "sink", "bowed", "bow"]) => {
             Some(Turn { pitch: degrees.unwrap_or(NOD), ..Turn::default() })
         }
         () if piece.has(&["up", "raise", "lift", "back", "ceiling", "sky"]) => {
