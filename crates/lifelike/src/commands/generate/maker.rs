@@ -33,7 +33,7 @@ pub struct Maker {
     pub strength: f64,
     /// Settings of one part.
     pub options: SampleOptions,
-    /// What every candidate keeps of clips.
+    /// Part of a clip, or poses, that every candidate keeps.
     pub kept: Option<Kept>,
 }
 
