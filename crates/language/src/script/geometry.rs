@@ -163,7 +163,10 @@ fn as_letters(mut words: Vec<String>) -> Vec<String> {
     if !words[..at].iter().any(|word| ARMS.contains(&word.as_str())) {
         return words;
     }
-    const BEFORE: [&str; 10] = ["in", "into", "like", "as", "a", "the", "letter", "form", "forming", "up"];
+    const BEFORE: [&str; 15] = [
+        "in", "into", "like", "as", "a", "the", "letter", "form", "forming", "up", "make", "makes", "making", "big",
+        "large",
+    ];
     let before = words[..at].iter().rev().take_while(|word| BEFORE.contains(&word.as_str())).count();
     let after = usize::from(has(&["shape", "pose", "position", "form"], words.get(at + 1)));
     words.splice(at - before..at + 1 + after, way.split(' ').map(str::to_string));
@@ -228,13 +231,19 @@ fn named_sides(mut words: Vec<String>) -> Vec<String> {
     words
 }
 
-/// "Lower the right arm, keep the left one up": the left arm.
+/// "Lower the right arm, keep the left one up": the left arm; where no limb was named, the hand.
 fn named_ones(mut words: Vec<String>) -> Vec<String> {
     for at in 2..words.len() {
-        let is_one = words[at] == "one" && ["left", "right"].contains(&words[at - 1].as_str());
-        if let Some(limb) = words[..at - 1].iter().rev().find(|word| LIMBS.contains(&word.as_str())).filter(|_| is_one)
-        {
-            words[at] = limb.clone();
+        if words[at] != "one" || !["left", "right"].contains(&words[at - 1].as_str()) {
+            continue;
+        }
+        let limb = words[..at - 1].iter().rev().find(|word| LIMBS.contains(&word.as_str()));
+        let is_with =
+            has(&["with"], at.checked_sub(3).and_then(|before| words.get(before))) || has(&["with"], words.get(at - 2));
+        match limb.cloned() {
+            Some(limb) => words[at] = limb,
+            None if is_with => words[at] = "hand".into(),
+            None => {}
         }
     }
     words

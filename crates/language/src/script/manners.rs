@@ -12,6 +12,9 @@ const SKIPPED: [&str; 42] = [
     "the", "this", "that", "there", "theres", "your", "some", "ur", "in", "at", "on", "be",
 ];
 
+/// Words before the "like" of a wish.
+const ASKS: [&str; 6] = ["would", "id", "i", "we", "wed", "really"];
+
 /// Words at which a clause ends.
 const JOINS: [&str; 7] = [",", "|", "and", "then", "while", "but", "with"];
 
@@ -69,7 +72,10 @@ pub(super) fn with_manners(words: Vec<String>) -> Vec<String> {
     while at < words.len() {
         let rest = &words[at..];
         let begins = |(phrase, _): &&Phrase| rest.starts_with(phrase);
+        // "I would like you to walk" asks, and likens nothing.
+        let asks = out.last().is_some_and(|last| ASKS.contains(&last.as_str()));
         let opening = match (rest[0].as_str(), rest.get(1).map(String::as_str)) {
+            ("like", _) if asks => 0,
             ("as", Some("if" | "though")) => 2,
             ("like", Some("as")) => 2,
             ("like", _) => 1,
@@ -123,5 +129,12 @@ mod tests {
         assert_eq!(manner("walk as if you had won the lottery and wave"), "walk happily and wave");
         assert_eq!(manner("dance like nobodys watching"), "dance wildly");
         assert_eq!(manner("walk like a duck"), "walk like a duck");
+        assert_eq!(manner("i would like you to walk"), "i would like you to walk");
+        let table: Table = toml::from_str(TEXT).unwrap();
+        for text in table.manner.iter().flat_map(|entry| &entry.like) {
+            let words: Vec<String> = text.split(' ').map(str::to_string).collect();
+            let kept = without_skipped(&words);
+            assert!(kept.len() > 1 || kept[0].len() > 2, "'{text}' is told by '{}' alone", kept[0]);
+        }
     }
 }

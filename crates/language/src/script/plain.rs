@@ -5,7 +5,35 @@ use super::said::number;
 use super::split::is_participle;
 
 /// Phrases and plainer ones; an empty one says nothing.
-const PLAIN: [(&str, &str); 82] = [
+const PLAIN: [(&str, &str); 104] = [
+    ("walk in reverse", "walk backwards"),
+    ("watch out ,", ""),
+    ("i would like that you", ""),
+    ("id like that you", ""),
+    ("the left hand i mean", ""),
+    ("the right hand i mean", ""),
+    ("touch em all", ""),
+    ("touch them all", ""),
+    (", going backwards", "backwards"),
+    ("the trunk to each side", "the trunk left and right"),
+    ("your trunk to each side", "your trunk left and right"),
+    (
+        "heads , shoulders , knees and toes",
+        "put your hands on your head , then touch your shoulders , then touch your knees , then touch your toes",
+    ),
+    (
+        "head , shoulders , knees and toes",
+        "put your hands on your head , then touch your shoulders , then touch your knees , then touch your toes",
+    ),
+    ("just like , you know ,", ""),
+    ("like , you know ,", ""),
+    (", you know ,", ","),
+    ("and leave it like this", ""),
+    ("and leave it like that", ""),
+    ("and leave it there", ""),
+    ("left leg standing", "stand on the left leg"),
+    ("right leg standing", "stand on the right leg"),
+    ("bent square", "bent at 90 degrees"),
     ("walk up and down", "pace the room"),
     ("walks up and down", "pace the room"),
     ("pace up and down", "pace the room"),
@@ -108,7 +136,7 @@ pub(super) fn plainly(mut words: Vec<String>) -> Vec<String> {
             words.splice(at..at + said.len(), split(plain));
         }
     }
-    words = plain_geometry(without_who(words));
+    words = plain_geometry(without_reasons(without_who(words)));
     words = count_of_seconds(counted_seconds(words));
     words = kept_as_it_is(words);
     words = with_hanging_arms(words);
@@ -154,6 +182,33 @@ fn without_who(words: Vec<String>) -> Vec<String> {
         }
         if !drops {
             out.push(word);
+        }
+    }
+    out
+}
+
+/// Drops reasons and habits: "celebrate because it went in", "look left, like we do before we cross the road".
+fn without_reasons(words: Vec<String>) -> Vec<String> {
+    const REASONS: [&str; 5] = ["because", "cuz", "coz", "cos", "bc"];
+    const PEOPLE: [&str; 6] = ["we", "you", "they", "people", "i", "everybody"];
+    const DO: [&str; 5] = ["do", "does", "did", "always", "would"];
+    let is_habit = |words: &[String], at: usize| {
+        is_one_of(words, at, &["like", "as"]) && is_one_of(words, at + 1, &PEOPLE) && is_one_of(words, at + 2, &DO)
+    };
+    let mut out: Vec<String> = Vec::with_capacity(words.len());
+    let mut drops = false;
+    for (at, word) in words.iter().enumerate() {
+        if JOINS.contains(&word.as_str()) {
+            drops = false;
+        } else if !out.is_empty() && (REASONS.contains(&word.as_str()) || is_habit(&words, at)) {
+            drops = true;
+            // A comma before it ends nothing now.
+            if out.last().is_some_and(|last| last == ",") {
+                out.pop();
+            }
+        }
+        if !drops {
+            out.push(word.clone());
         }
     }
     out

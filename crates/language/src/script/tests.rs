@@ -246,6 +246,26 @@ fn frames_and_reasons_ask_for_nothing() {
     assert_eq!(script.to_string(), "wave, right side, 2 times", "{script:?}");
     let script = read("my dog is barking, so shush him with your left hand");
     assert_eq!((script.to_string().as_str(), script.unknown), ("shush, left side", Vec::new()));
+    for (text, expected) in [
+        ("I'd like you to walk backwards", "walk backward, backward"),
+        ("I would like that you make a pirouette", "turn, to the left, 360 degrees"),
+        ("ok so um could you just like, you know, walk forward a bit", "walk, forward, 2 times"),
+        (
+            "look left, then look right, like we do before we cross the road",
+            "look aside, to the left; then look aside, to the right",
+        ),
+        ("shoot a basketball then celebrate cuz it went in", "shoot basketball, both side; then cheer, both side"),
+        ("can you wave five times with the left one? the left hand i mean", "wave, left side, 5 times"),
+        ("bend your right elbow to ninety degrees and leave it like this", "right arm down, elbow bent 90"),
+        (
+            "big circles with the right arm, four of them, going backwards",
+            "arm circles backward, right side, 4 times, big",
+        ),
+        ("the play is over and everyone's cheering for you", "bow, 45 degrees"),
+        ("watch out, somebody has thrown a ball straight at your head!", "dodge, to the right"),
+    ] {
+        assert_eq!(line(text), expected, "{text}");
+    }
 }
 
 #[test]
