@@ -64,7 +64,7 @@ fn mdbook() -> Result<PathBuf, String> {
     let program = folder.join("bin/mdbook");
     if !program.is_file() {
         let install = ["install", "mdbook", "--version", MDBOOK, "--locked", "--no-default-features", "--features"];
-        succeed(cargo(&install).args(["search", "--root"]).arg(&folder))?;
+        succeed(cargo(&install).args(["search", "--debug", "--root"]).arg(&folder))?;
     }
     Ok(program)
 }
