@@ -5,9 +5,19 @@ use super::said::number;
 use super::split::is_participle;
 
 /// Phrases and plainer ones; an empty one says nothing.
-const PLAIN: [(&str, &str); 104] = [
+const PLAIN: [(&str, &str); 114] = [
     ("walk in reverse", "walk backwards"),
     ("watch out ,", ""),
+    ("why dont you", ""),
+    ("why dont we", ""),
+    ("go ahead and", ""),
+    ("feel free to", ""),
+    ("shall we", ""),
+    ("go ahead ,", ""),
+    ("id love to see you", ""),
+    ("i would love to see you", ""),
+    ("id like to see you", ""),
+    ("i would like to see you", ""),
     ("i would like that you", ""),
     ("id like that you", ""),
     ("the left hand i mean", ""),

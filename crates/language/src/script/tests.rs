@@ -248,6 +248,9 @@ fn frames_and_reasons_ask_for_nothing() {
     assert_eq!((script.to_string().as_str(), script.unknown), ("shush, left side", Vec::new()));
     for (text, expected) in [
         ("I'd like you to walk backwards", "walk backward, backward"),
+        ("why don't you wave?", "wave, right side"),
+        ("go ahead and wave", "wave, right side"),
+        ("I'd love to see you bow", "bow"),
         ("I would like that you make a pirouette", "turn, to the left, 360 degrees"),
         ("ok so um could you just like, you know, walk forward a bit", "walk, forward, 2 times"),
         (
