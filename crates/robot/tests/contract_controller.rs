@@ -109,14 +109,7 @@ fn a_policy_with_a_memory_sees_its_own_past_and_forgets_it_where_an_episode_begi
     let spec = controller.observation();
     let own = spec.size() - spec.history_size();
     let (q, v) = (library.joints_at(3).to_vec(), vec![0.0; robot.joints()]);
-    let measured = MeasuredState {
-        joint_position: &q,
-        joint_velocity: &v,
-        root_orientation: [1.0, 0.0, 0.0, 0.0],
-        root_position: Some([0.0; 3]),
-        linear_velocity_w: Some([0.0; 3]),
-        ..MeasuredState::default()
-    };
+    let measured = upright(&q, &v);
     let (mut state, mut player) = (state, ClipPlayer::new(&library, 0));
     let (mut targets, mut seen) = (vec![0.0; robot.joints()], Vec::new());
     for _ in 0..6 {
@@ -131,6 +124,18 @@ fn a_policy_with_a_memory_sees_its_own_past_and_forgets_it_where_an_episode_begi
     }
     controller.begin(&mut state, &measured, &player).unwrap();
     assert_eq!(state.history.memory.past(), [0.0; 0]);
+}
+
+/// A robot that stands at the origin.
+fn upright<'a>(q: &'a [f32], v: &'a [f32]) -> MeasuredState<'a> {
+    MeasuredState {
+        joint_position: q,
+        joint_velocity: v,
+        root_orientation: [1.0, 0.0, 0.0, 0.0],
+        root_position: Some([0.0; 3]),
+        linear_velocity_w: Some([0.0; 3]),
+        ..MeasuredState::default()
+    }
 }
 
 /// Runs a controller over a still robot and gives all joint targets.
@@ -227,14 +232,7 @@ fn a_step_allocates_nothing() {
     let library = ReferenceLibrary::new(&robot, &[bend(&robot)], None).unwrap();
     let (q, v) = (vec![0.1; robot.joints()], vec![0.0; robot.joints()]);
     for controller in [plain, curious, remembering(&robot)] {
-        let measured = MeasuredState {
-            joint_position: &q,
-            joint_velocity: &v,
-            root_orientation: [1.0, 0.0, 0.0, 0.0],
-            root_position: Some([0.0; 3]),
-            linear_velocity_w: Some([0.0; 3]),
-            ..MeasuredState::default()
-        };
+        let measured = upright(&q, &v);
         let mut state = ControllerState::new(&controller);
         let mut player = ClipPlayer::new(&library, 0);
         let mut targets = vec![0.0; robot.joints()];

@@ -134,7 +134,7 @@ mod tests {
         for text in table.manner.iter().flat_map(|entry| &entry.like) {
             let words: Vec<String> = text.split(' ').map(str::to_string).collect();
             let kept = without_skipped(&words);
-            assert!(kept.len() > 1 || kept[0].len() > 2, "'{text}' is told by '{}' alone", kept[0]);
+            assert!(kept.len() > 1 || kept[0].len() > 2, "'{text}' is matched by '{}' alone", kept[0]);
         }
     }
 }

@@ -58,8 +58,8 @@ impl Trainer {
             return Err(mismatch(path, "encoder", expected, "one".into()));
         }
         // The value function sees the policy's parts less history and window, and then what only a simulation knows.
-        let own = |spec: &ObservationSpec| spec.size() - spec.window_size() - spec.history_size();
-        let (now, before) = (own(self.environment.observation()), own(&other.observation));
+        let unencoded = |spec: &ObservationSpec| spec.size() - spec.window_size() - spec.history_size();
+        let (now, before) = (unencoded(self.environment.observation()), unencoded(&other.observation));
         let known = self.environment.critic_size() - now;
         let mut value = policy[..now].to_vec();
         value.extend((0..known).map(|i| Some(before + i)));
