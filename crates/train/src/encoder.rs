@@ -41,6 +41,14 @@ impl EncoderSizes {
         }
     }
 
+    /// Returns the multiplications of a pass over one row.
+    pub fn multiplications(&self) -> usize {
+        match self {
+            Self::UnitCode(sizes) => sizes.layers().iter().map(|layer| layer.inputs * layer.outputs).sum(),
+            Self::Recurrent(sizes) => sizes.steps * 3 * sizes.state * (sizes.inputs + sizes.state),
+        }
+    }
+
     /// Adds its first parameters to a policy's.
     pub(crate) fn add_to(&self, list: &mut ParameterList, seed: u64) {
         match self {

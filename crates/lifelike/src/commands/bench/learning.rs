@@ -95,9 +95,11 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         sizes.windows(2).map(|pair| (pair[0] * pair[1]) as f64).sum()
     };
     let spec = environment.observation();
-    let (window, code) = (spec.window_size(), plan.network.code);
-    let encoder = if window > 0 { layers(window, &plan.network.encoder, code) } else { 0.0 };
-    let actor = layers(environment.actor_size() - window + code, &plan.network.actor, spec.joints.len()) + encoder;
+    let encoder = plan.network.actor_of(environment).encoder;
+    let inputs =
+        encoder.as_ref().map_or(environment.actor_size(), |e| environment.actor_size() - e.inputs() + e.outputs());
+    let encoding = encoder.map_or(0.0, |encoder| encoder.multiplications() as f64);
+    let actor = layers(inputs, &plan.network.actor, spec.joints.len()) + encoding;
     let critic = layers(environment.critic_size(), &plan.network.critic, 1);
     // Forward: one multiplication and one addition for each weight. Backward: the same by weights, and by inputs, but that the
     // first layer's inputs need no gradient; counted as three times forward, which is a little too much.
