@@ -1,12 +1,14 @@
 //! The actuator model of thesis eqs. 4.9-4.11, generic over the number type: one robot's, or a vector of many. Beside it what
 //! chapter 2 needs of real servos: the motor's electricity and friction as it was measured.
 
+mod bam;
 mod dc_servo;
-mod friction;
+pub(crate) mod friction;
 mod ideal_pd;
 pub(crate) mod models;
 mod motor;
 
+pub use bam::Bam;
 pub use dc_servo::DcServo;
 pub use friction::ExtendedFriction;
 pub use ideal_pd::IdealPd;
@@ -17,7 +19,7 @@ use lifelike_simd::Number;
 
 /// Parameters of one actuator (Table 4.1).
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, bound(deserialize = "T: serde::Deserialize<'de> + Default"))]
 pub struct ActuatorParameters<T = f64> {
     /// Proportional gain κ_P (N m/rad).
     pub kp: T,
@@ -35,9 +37,27 @@ pub struct ActuatorParameters<T = f64> {
     pub full_torque_velocity: T,
     /// Velocity at which no torque is left q̇_max (rad/s).
     pub velocity_max: T,
+    /// Dry friction beside that of eq. 4.10, which depends on the load; engines hold it as MuJoCo holds `frictionloss`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub extended_friction: Option<ExtendedFriction<T>>,
 }
 
 impl<T: Number> ActuatorParameters<T> {
+    /// Returns the same parameters as other numbers.
+    pub fn map<N>(&self, number: impl Fn(T) -> N) -> ActuatorParameters<N> {
+        ActuatorParameters {
+            kp: number(self.kp),
+            kd: number(self.kd),
+            friction_velocity: number(self.friction_velocity),
+            static_friction: number(self.static_friction),
+            viscous_friction: number(self.viscous_friction),
+            torque_max: number(self.torque_max),
+            full_torque_velocity: number(self.full_torque_velocity),
+            velocity_max: number(self.velocity_max),
+            extended_friction: self.extended_friction.map(|friction| friction.map(&number)),
+        }
+    }
+
     /// Returns the motor's torque: eq. 4.9 (PD), clamped as in eq. 4.11. Braking has the full torque at any velocity;
     /// driving ramps down linearly from `full_torque_velocity` to zero at `velocity_max`.
     #[inline(always)]
@@ -99,6 +119,7 @@ mod tests {
         torque_max: 34.0,
         full_torque_velocity: 7.4,
         velocity_max: 20.0,
+        extended_friction: None,
     };
 
     #[test]
@@ -154,16 +175,7 @@ mod tests {
 
     #[test]
     fn single_precision_is_the_same_law() {
-        let a1 = ActuatorParameters {
-            kp: 15.0_f32,
-            kd: 0.6,
-            friction_velocity: 0.1,
-            static_friction: 0.45,
-            viscous_friction: 0.023,
-            torque_max: 34.0,
-            full_torque_velocity: 7.4,
-            velocity_max: 20.0,
-        };
+        let a1 = A1.map(|x| x as f32);
         for (target, position, velocity) in [(1.0, 0.2, 2.0), (3.0, -1.0, 13.7), (-3.0, 1.0, 13.7), (0.0, 0.0, -19.0)] {
             let expected = A1.torque(f64::from(target), f64::from(position), f64::from(velocity));
             assert!((f64::from(a1.torque(target, position, velocity)) - expected).abs() < 1e-5);

@@ -126,6 +126,7 @@ impl<'a> Guesser<'a> {
             torque_max,
             full_torque_velocity: velocity_max / 3.0,
             velocity_max,
+            extended_friction: None,
         };
         if self.is_passive(joint) {
             return (with(0.0, 0.0, 0.0), "the model has no actuator for it".into());

@@ -134,7 +134,8 @@ impl ActuatorParameters {
                 self.full_torque_velocity, self.velocity_max
             ));
         }
-        Ok(())
+        self.extended_friction
+            .map_or(Ok(()), |friction| friction.check().map_err(|why| format!("extended_friction: {why}")))
     }
 }
 
@@ -190,10 +191,35 @@ mod tests {
         let servo = "proportional = 3\nsupply = 12\nresistance = 4\ntorque_constant = 1.5";
         let servo = read("dc-servo", servo).unwrap().actuator["leg"].parameters;
         assert_eq!((servo.kp, servo.torque_max, servo.velocity_max), (13.5, 4.5, 8.0));
+        // M6 and M3 of an XL330 by Rhoban's BAM; one share of M3 is that of motor and outside.
+        let servo_of = "kp = 400\nvin = 7.5\nerror_gain = 0.003\nkt = 0.366\nR = 2.81\narmature = 0.0018\nfriction_base = 0.005\n\
+            friction_viscous = 0.0054\nq_offset = 0.03\nactuator = \"xl330\"\n";
+        let m6 = "model = \"m6\"\nfriction_stribeck = 0.0047\nload_friction_motor = 0.27\nload_friction_external = 1e-5\n\
+            load_friction_external_stribeck = 0.08\nload_friction_motor_quad = 0.01\ndtheta_stribeck = 2.9\nalpha = 8.7";
+        let bam = read("bam", &format!("{servo_of}{m6}")).unwrap().actuator["leg"].clone();
+        assert_eq!(bam.armature, Some(0.0018));
+        let (law, friction) = (bam.parameters, bam.parameters.extended_friction.unwrap());
+        assert!((law.kp - 0.366 * 7.5 * 400.0 * 0.003 / 2.81).abs() < 1e-12);
+        assert_eq!((law.static_friction, law.viscous_friction), (0.0, 0.0054));
+        assert_eq!(
+            (friction.load, friction.load_quadratic, friction.stribeck_exponent),
+            ([0.27, 1e-5], [0.01, 0.0], 8.7)
+        );
+        let m3 = read("bam", &format!("{servo_of}load_friction_base = 0.2")).unwrap().actuator["leg"].parameters;
+        assert_eq!(m3.extended_friction.unwrap().load, [0.2, 0.2]);
+        // Written out and read again by the names of the law.
+        let written = toml::to_string(&law).unwrap();
+        let written = written.replace("[extended_friction]", "[actuator.leg.parameters.extended_friction]");
+        assert_eq!(read("thesis", &written).unwrap().actuator["leg"].parameters, law);
+        let twice = read("thesis", &written.replace("viscous = 0.0", "viscous = 0.1")).unwrap_err();
+        assert!(
+            twice.contains("extended_friction: viscous: expected 0, as viscous_friction stands beside it, got 0.1"),
+            "{twice}"
+        );
         let thesis = toml::to_string(&servo).unwrap();
         assert_eq!(read("thesis", &thesis).unwrap().actuator["leg"].parameters, servo);
         for (model, parameters, told) in [
-            ("bam", "", "[actuator.leg]: model: expected one of thesis, ideal-pd, dc-servo, got \"bam\""),
+            ("spring", "", "[actuator.leg]: model: expected one of thesis, ideal-pd, dc-servo, bam, got \"spring\""),
             ("ideal-pd", "kp = 20\nkd = 0.5", "[actuator.leg.parameters]: missing field `torque_max`"),
             ("ideal-pd", "kp = 20\nkd = 0.5\ntorque_max = 7\nfriction = 1", "unknown field `friction`"),
             ("ideal-pd", "kp = -1\nkd = 0.5\ntorque_max = 7", "kp: expected a number of at least 0, got -1"),

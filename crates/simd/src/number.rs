@@ -20,6 +20,18 @@ pub trait Number:
     /// Returns tanh(x) / x, which is one at zero.
     #[must_use]
     fn tanh_ratio(self) -> Self;
+    /// Returns `self > limit ? yes : no`. NaN is not greater.
+    #[must_use]
+    fn select_gt(self, limit: Self, yes: Self, no: Self) -> Self;
+    /// Returns the square root.
+    #[must_use]
+    fn sqrt(self) -> Self;
+    /// Returns the exponential.
+    #[must_use]
+    fn exp(self) -> Self;
+    /// Returns a positive number to the power of another.
+    #[must_use]
+    fn powf(self, exponent: Self) -> Self;
 }
 
 impl Number for f64 {
@@ -42,6 +54,22 @@ impl Number for f64 {
     #[inline(always)]
     fn tanh_ratio(self) -> Self {
         if self.abs() < 1e-4 { 1.0 } else { self.tanh() / self }
+    }
+    #[inline(always)]
+    fn select_gt(self, limit: Self, yes: Self, no: Self) -> Self {
+        if self > limit { yes } else { no }
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        self.exp()
+    }
+    #[inline(always)]
+    fn powf(self, exponent: Self) -> Self {
+        self.powf(exponent)
     }
 }
 
@@ -66,6 +94,55 @@ impl Number for f32 {
     fn tanh_ratio(self) -> Self {
         tanh_ratio(self)
     }
+    #[inline(always)]
+    fn select_gt(self, limit: Self, yes: Self, no: Self) -> Self {
+        if self > limit { yes } else { no }
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        exp(self)
+    }
+    #[inline(always)]
+    fn powf(self, exponent: Self) -> Self {
+        powf(self, exponent)
+    }
+}
+
+/// Returns the exponential in single precision: Taylor's polynomial of a 256th of the number, and eight squarings. No branch.
+/// Within 3e-5 of the result between -80 and 80, where numbers beyond end.
+#[inline(always)]
+pub fn exp<N: Number>(number: N) -> N {
+    let one = N::from_f64(1.0);
+    let x = number.most(N::from_f64(-80.0)).least(N::from_f64(80.0)) * N::from_f64(1.0 / 256.0);
+    let mut power = one;
+    for k in (1..=7).rev() {
+        power = one + x * power * N::from_f64(1.0 / f64::from(k));
+    }
+    for _ in 0..8 {
+        power = power * power;
+    }
+    power
+}
+
+/// Returns a number to the power of another in single precision, by [`exp`] and the series of atanh of its 64th root. No branch.
+/// Within 1e-4 of the result for numbers from 1e-12 on and exponents up to 10; 1e-12 stands for those below.
+#[inline(always)]
+pub fn powf<N: Number>(number: N, exponent: N) -> N {
+    let one = N::from_f64(1.0);
+    let mut root = number.most(N::from_f64(1e-12));
+    for _ in 0..6 {
+        root = root.sqrt();
+    }
+    let t = (root - one) / (root + one);
+    let mut series = N::from_f64(0.0);
+    for k in (0..6).rev() {
+        series = series * t * t + N::from_f64(1.0 / f64::from(2 * k + 1));
+    }
+    exp(exponent * (N::from_f64(128.0) * t * series))
 }
 
 /// Returns tanh(x) / x in single precision: the quotient of polynomials that Eigen uses (`generic_fast_tanh_float`) up to
@@ -102,5 +179,25 @@ mod tests {
             }
         }
         assert_eq!((0.0_f32.tanh_ratio() * 1e6).round(), 1e6);
+    }
+
+    #[test]
+    fn single_precision_powers() {
+        for i in -800..=800 {
+            let x = i as f32 * 0.1;
+            assert!((f64::from(exp(x)) / f64::from(x).exp() - 1.0).abs() < 3e-5, "exp({x})");
+        }
+        assert_eq!((exp(-1e9_f32), exp(1e9_f32)), (exp(-80.0), exp(80.0)));
+        for exponent in [0.5_f32, 1.0, 1.35, 2.0, 8.7, 10.0] {
+            for i in -60..=10 {
+                let x = 10.0_f32.powf(i as f32 * 0.1);
+                let expected = f64::from(x).powf(exponent.into());
+                if expected > 1e-30 && expected < 1e30 {
+                    let got = f64::from(powf(x, exponent));
+                    assert!((got / expected - 1.0).abs() < 1e-4, "{x}^{exponent}: {got}, expected {expected}");
+                }
+            }
+        }
+        assert!(powf(0.0_f32, 2.0) < 1e-20);
     }
 }

@@ -80,6 +80,7 @@ impl ActuatorModel for DcServo {
             torque_max: self.torque_constant * current,
             full_torque_velocity: (velocity_max - self.resistance * current / self.torque_constant).max(0.0),
             velocity_max,
+            extended_friction: None,
         })
     }
 }

@@ -34,6 +34,7 @@ impl ActuatorModel for IdealPd {
             torque_max: self.torque_max,
             full_torque_velocity: UNREACHED,
             velocity_max: 2.0 * UNREACHED,
+            extended_friction: None,
         })
     }
 }

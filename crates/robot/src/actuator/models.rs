@@ -1,4 +1,5 @@
-//! Models of actuators: other numbers for the law of thesis eqs. 4.9-4.11, as a data sheet or another simulator gives them.
+//! Models of actuators: the law of thesis eqs. 4.9-4.11, with friction under load where one has it, by the numbers that a
+//! data sheet, another simulator or an identification gives.
 //!
 //! A profile chooses one by `model = "..."` beside `[actuator.NAME.parameters]`. Each is the law with certain parameters, so
 //! engine, MuJoCo, controller and identification see nothing else. A new model is a file and a line in [`MODELS`].
@@ -6,6 +7,7 @@
 use toml::{Table, Value};
 
 use super::ActuatorParameters;
+use super::bam::Bam;
 use super::dc_servo::DcServo;
 use super::ideal_pd::IdealPd;
 
@@ -19,6 +21,11 @@ pub trait ActuatorModel: serde::de::DeserializeOwned {
     /// # Errors
     /// The first number out of range: key, expected and got.
     fn law(&self) -> Result<ActuatorParameters, String>;
+
+    /// Returns the inertia of the rotor through its gear (kg m²), where the model knows it.
+    fn armature(&self) -> Option<f64> {
+        None
+    }
 }
 
 /// The law itself: the default.
@@ -30,18 +37,19 @@ impl ActuatorModel for ActuatorParameters {
     }
 }
 
-type Law = fn(Table) -> Result<ActuatorParameters, String>;
+type Law = fn(Table) -> Result<(ActuatorParameters, Option<f64>), String>;
 
 /// All models by name.
 pub const MODELS: &[(&str, Law)] = &[
     (ActuatorParameters::NAME, law::<ActuatorParameters>),
     (IdealPd::NAME, law::<IdealPd>),
     (DcServo::NAME, law::<DcServo>),
+    (Bam::NAME, law::<Bam>),
 ];
 
-fn law<M: ActuatorModel>(parameters: Table) -> Result<ActuatorParameters, String> {
+fn law<M: ActuatorModel>(parameters: Table) -> Result<(ActuatorParameters, Option<f64>), String> {
     let model: M = parameters.try_into().map_err(|error: toml::de::Error| error.to_string())?;
-    model.law()
+    Ok((model.law()?, model.armature()))
 }
 
 /// Returns a profile whose actuators all have the law's parameters; none where no actuator names a model.
@@ -60,7 +68,11 @@ pub(crate) fn resolve(text: &str) -> Result<Option<Table>, String> {
             return Err(format!("[actuator.{name}]: model: expected one of {}, got {model}", names.join(", ")));
         };
         let parameters = group.get("parameters").and_then(Value::as_table).cloned().unwrap_or_default();
-        let law = law(parameters).map_err(|error| format!("[actuator.{name}.parameters]: {}", error.trim_end()))?;
+        let (law, armature) =
+            law(parameters).map_err(|error| format!("[actuator.{name}.parameters]: {}", error.trim_end()))?;
+        if let Some(armature) = armature {
+            group.entry("armature").or_insert(armature.into());
+        }
         let law = Value::try_from(law).map_err(|error| format!("[actuator.{name}.parameters]: {error}"))?;
         group.insert("parameters".into(), law);
     }

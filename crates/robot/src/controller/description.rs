@@ -3,7 +3,7 @@
 use lifelike_checkpoint::Checkpoint;
 use sha2::{Digest, Sha256};
 
-use crate::actuator::ActuatorParameters;
+use crate::actuator::{ActuatorParameters, friction};
 use crate::error::RobotError;
 use crate::robot::Robot;
 
@@ -20,6 +20,8 @@ const GAINS: [&str; 8] = [
 ];
 /// Columns of a joint: default angle, range, actuator.
 const COLUMNS: usize = 3 + GAINS.len();
+/// Columns of a friction under load.
+const FRICTION: usize = friction::NUMBERS.len();
 /// In files.
 const KEY: &str = "robot";
 
@@ -42,6 +44,9 @@ pub struct RobotDescription {
     /// Default angle, least and greatest angle (infinite without limits), actuator parameters, for each joint.
     #[serde(skip)]
     numbers: Vec<[f64; COLUMNS]>,
+    /// Friction under load of each joint; empty where no joint has one.
+    #[serde(skip)]
+    friction: Vec<[f64; FRICTION]>,
 }
 
 impl RobotDescription {
@@ -61,6 +66,7 @@ impl RobotDescription {
             substeps: robot.substeps,
             digest: String::new(),
             numbers: numbers.collect(),
+            friction: frictions(&robot.actuators.parameters),
         };
         description.digest = description.sha256();
         description
@@ -77,7 +83,8 @@ impl RobotDescription {
         }
         hash.update(self.control_hz.to_le_bytes());
         hash.update((self.substeps as u64).to_le_bytes());
-        self.numbers.iter().flatten().for_each(|x| hash.update(x.to_le_bytes()));
+        let numbers = self.numbers.iter().flatten().chain(self.friction.iter().flatten());
+        numbers.for_each(|x| hash.update(x.to_le_bytes()));
         hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
     }
 
@@ -113,6 +120,14 @@ impl RobotDescription {
                 }
             }
         }
+        let none = [0.0; FRICTION];
+        for (i, joint) in self.joints.iter().enumerate() {
+            let [expected, got] = [&self.friction, &own.friction].map(|list| list.get(i).unwrap_or(&none));
+            let differing = friction::NUMBERS.iter().zip(expected.iter().zip(got)).find(|(_, (a, b))| a != b);
+            if let Some((name, (expected, got))) = differing {
+                return mismatch(&format!("{name} of joint '{joint}'"), expected.to_string(), got.to_string());
+            }
+        }
         if self.digest != own.digest {
             return mismatch("digest", self.digest.clone(), own.digest);
         }
@@ -122,13 +137,23 @@ impl RobotDescription {
     pub(super) fn save_into(&self, file: &mut Checkpoint) -> Result<(), RobotError> {
         file.set_meta(KEY, self)?;
         let numbers = self.numbers.iter().flatten().copied().collect();
-        Ok(file.put_f64(&format!("{KEY}.joints"), &[self.joints.len(), COLUMNS], numbers)?)
+        file.put_f64(&format!("{KEY}.joints"), &[self.joints.len(), COLUMNS], numbers)?;
+        if !self.friction.is_empty() {
+            let numbers = self.friction.iter().flatten().copied().collect();
+            file.put_f64(&format!("{KEY}.friction"), &[self.joints.len(), FRICTION], numbers)?;
+        }
+        Ok(())
     }
 
     pub(super) fn load(file: &Checkpoint) -> Result<Self, RobotError> {
         let mut description: Self = file.meta(KEY)?;
         let numbers = file.f64s(&format!("{KEY}.joints"), &[description.joints.len(), COLUMNS])?;
         description.numbers = numbers.as_chunks::<COLUMNS>().0.to_vec();
+        let name = format!("{KEY}.friction");
+        if file.contains(&name) {
+            let numbers = file.f64s(&name, &[description.joints.len(), FRICTION])?;
+            description.friction = numbers.as_chunks::<FRICTION>().0.to_vec();
+        }
         let digest = description.sha256();
         if digest != description.digest {
             let what = "digest of the robot in the controller's file".into();
@@ -136,6 +161,13 @@ impl RobotDescription {
         }
         Ok(description)
     }
+}
+
+fn frictions(actuators: &[ActuatorParameters]) -> Vec<[f64; FRICTION]> {
+    if actuators.iter().all(|actuator| actuator.extended_friction.is_none()) {
+        return Vec::new();
+    }
+    actuators.iter().map(|actuator| actuator.extended_friction.unwrap_or_default().numbers()).collect()
 }
 
 fn gains(a: &ActuatorParameters) -> [f64; 8] {

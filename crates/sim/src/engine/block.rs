@@ -41,16 +41,7 @@ pub struct Model<V: Lanes> {
 
 impl<V: Lanes> Model<V> {
     pub fn new(robot: &Robot) -> Result<Self, SimError> {
-        let actuators = robot.actuators.parameters.iter().map(|p| ActuatorParameters {
-            kp: V::splat_f64(p.kp),
-            kd: V::splat_f64(p.kd),
-            friction_velocity: V::splat_f64(p.friction_velocity),
-            static_friction: V::splat_f64(p.static_friction),
-            viscous_friction: V::splat_f64(p.viscous_friction),
-            torque_max: V::splat_f64(p.torque_max),
-            full_torque_velocity: V::splat_f64(p.full_torque_velocity),
-            velocity_max: V::splat_f64(p.velocity_max),
-        });
+        let actuators = robot.actuators.parameters.iter().map(|own| own.map(V::splat_f64));
         let actuators: Vec<_> = actuators.collect();
         let (tree, exact) = (Tree::new(robot)?, Tree::new(robot)?);
         let nominal = ModelParameters::nominal(&tree, &actuators);
@@ -66,6 +57,8 @@ pub struct Block<V: Lanes> {
     pub q: Vec<V>,
     pub v: Vec<V>,
     pub forces: Forces<V>,
+    /// Largest dry friction of each dof in this step.
+    pub frictionloss: Vec<V>,
     pub parameters: ModelParameters<V>,
     pub invweight: InvWeight<V>,
     /// Torque and force at the centre of mass of each body, world axes; none where nobody pushes.
@@ -159,6 +152,7 @@ impl<V: Lanes> Block<V> {
             q: vec![zero; tree.nq],
             v: vec![zero; tree.nv],
             forces: Forces::new(tree),
+            frictionloss: tree.dofs.iter().map(|dof| V::splat(dof.frictionloss)).collect(),
             parameters: model.nominal.clone(),
             invweight: InvWeight {
                 body: broadcast(&invweight.body),
@@ -178,6 +172,7 @@ impl<V: Lanes> Block<V> {
         let lanes = self.q.len()
             + self.v.len()
             + self.forces.len()
+            + self.frictionloss.len()
             + self.parameters.len()
             + self.invweight.body.len()
             + self.invweight.turn.len()
@@ -272,6 +267,7 @@ impl<V: Lanes> Block<V> {
             invweight: &self.invweight,
             friction: self.parameters.friction,
             foot_friction: &self.parameters.feet,
+            frictionloss: &self.frictionloss,
             q: &self.q,
             v: &self.v,
             iterations: model.iterations,
@@ -293,6 +289,8 @@ impl<V: Lanes> Block<V> {
                 }
                 for (i, (joint, actuator)) in tree.driven.iter().zip(&model.actuators).enumerate() {
                     let (position, velocity) = (self.q[joint.q], self.v[joint.v]);
+                    // What friction under load holds is told by the torques of the step before.
+                    let mut held = V::splat(tree.dofs[joint.v].frictionloss);
                     let applied = if command.targets {
                         let [kp, kd] = self.parameters.gains[i];
                         let actuator = ActuatorParameters { kp, kd, ..*actuator };
@@ -301,11 +299,15 @@ impl<V: Lanes> Block<V> {
                         let motor =
                             self.parameters.strength[i] * actuator.motor_torque(command.values[i], position, velocity);
                         self.torque[i] = motor.sub_mul(friction, velocity);
+                        if let Some(extended) = &actuator.extended_friction {
+                            held += extended.limit(motor, self.forces.outside[i], velocity);
+                        }
                         motor
                     } else {
                         self.torque[i] = command.values[i];
                         command.values[i]
                     };
+                    self.frictionloss[joint.v] = held;
                     u[joint.v] += applied;
                     self.torque_squared[i] = self.torque_squared[i].add_mul(self.torque[i], self.torque[i]);
                 }
@@ -336,12 +338,28 @@ impl<V: Lanes> Block<V> {
         let (tree, h) = (&model.tree, V::splat_f64(model.tree.timestep));
         let Workspace { dynamics, u, added, .. } = workspace;
         dynamics.factors.half_multiply(tree, u);
+        self.note_outside_torques(tree, u);
         dynamics.factors.factorise(tree, &dynamics.mass, added);
         dynamics.factors.half_solve(tree, u);
         dynamics.factors.finish_solve(tree, u);
         profiler.end_stage(Stage::Factors);
         self.move_along(tree, u, h);
         profiler.end_stage(Stage::Integration);
+    }
+
+    /// Keeps the torque on each actuator from outside for its friction in the next step, given the sum of all forces on each dof:
+    /// all but the actuator's own torque, the joint's damping and its dry friction.
+    fn note_outside_torques(&mut self, tree: &Tree<V::Scalar>, total: &[V]) {
+        let Self { forces, parameters, torque, v, .. } = self;
+        V::vectorize(
+            #[inline(always)]
+            || {
+                for (outside, (joint, torque)) in forces.outside.iter_mut().zip(tree.driven.iter().zip(torque)) {
+                    let d = joint.v;
+                    *outside = (total[d] - *torque - forces.friction[d]).add_mul(parameters.damping[d], v[d]);
+                }
+            },
+        );
     }
 
     /// Acceleration of every dof in the present state, damping not taken implicitly.

@@ -15,7 +15,7 @@
 use super::collision::Detector;
 use super::contact::Contacts;
 use super::dof_chain::DofChain;
-use super::lanes::{Lanes, Scalar};
+use super::lanes::Lanes;
 use super::profiler::{Profiler, Stage};
 use super::row_block::RowBlock;
 use super::solver_context::{Forces, SolverContext};
@@ -138,7 +138,7 @@ impl<V: Lanes> Solver<V> {
             || {
                 self.frictions.clear();
                 let softness = &s.tree.joint_softness;
-                for (d, dof) in s.tree.dofs.iter().enumerate().filter(|(_, dof)| dof.frictionloss > Scalar::new(0.0)) {
+                for d in (0..s.tree.nv).filter(|d| s.tree.dofs[*d].dry) {
                     let regular = regularization(softness.impedance(V::zero()), s.invweight.dof[d]);
                     let (y, own) = self.push_unit(s, d, V::splat_f64(1.0));
                     self.frictions.push(Row {
@@ -148,8 +148,8 @@ impl<V: Lanes> Solver<V> {
                         offset: s.v[d] * V::splat(softness.damping),
                         softness: regular,
                         inverse: (own + regular).recip(),
-                        low: -V::splat(dof.frictionloss),
-                        high: V::splat(dof.frictionloss),
+                        low: -s.frictionloss[d],
+                        high: s.frictionloss[d],
                     });
                 }
             },

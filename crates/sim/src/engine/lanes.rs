@@ -67,12 +67,6 @@ pub trait Lanes: Number + AddAssign + SubAssign + Debug + Send + Sync + 'static 
     /// `self + a * b`, rounded once. Not named `mul_add`, which elsewhere means `self * a + b`.
     #[must_use]
     fn add_mul(self, a: Self, b: Self) -> Self;
-    /// `self > limit ? yes : no`, lane by lane. NaN is not greater.
-    #[must_use]
-    fn select_gt(self, limit: Self, yes: Self, no: Self) -> Self;
-    /// Square root.
-    #[must_use]
-    fn sqrt(self) -> Self;
     /// Sine and cosine.
     fn sin_cos(self) -> (Self, Self);
     /// Returns true when any lane is above zero.
@@ -140,9 +134,6 @@ pub trait SingleLane: Scalar + Number + AddAssign + SubAssign {
     /// `self * a + b`, rounded once.
     #[must_use]
     fn fused(self, a: Self, b: Self) -> Self;
-    /// Square root.
-    #[must_use]
-    fn root(self) -> Self;
     /// Sine and cosine.
     fn sine_and_cosine(self) -> (Self, Self);
 }
@@ -157,10 +148,6 @@ impl SingleLane for f64 {
         self.mul_add(a, b)
     }
     #[inline(always)]
-    fn root(self) -> Self {
-        self.sqrt()
-    }
-    #[inline(always)]
     fn sine_and_cosine(self) -> (Self, Self) {
         self.sin_cos()
     }
@@ -170,10 +157,6 @@ impl SingleLane for f32 {
     #[inline(always)]
     fn fused(self, a: Self, b: Self) -> Self {
         self.mul_add(a, b)
-    }
-    #[inline(always)]
-    fn root(self) -> Self {
-        self.sqrt()
     }
     #[inline(always)]
     fn sine_and_cosine(self) -> (Self, Self) {
@@ -211,14 +194,6 @@ impl<T: SingleLane> Lanes for T {
     #[inline(always)]
     fn add_mul(self, a: Self, b: Self) -> Self {
         a.fused(b, self)
-    }
-    #[inline(always)]
-    fn select_gt(self, limit: Self, yes: Self, no: Self) -> Self {
-        if self > limit { yes } else { no }
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.root()
     }
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {

@@ -3,7 +3,7 @@
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use lifelike_simd::prelude::*;
-use lifelike_simd::{Number, Simd, tanh_ratio};
+use lifelike_simd::{Number, Simd, exp, powf, tanh_ratio};
 
 use super::lanes::{Lanes, PER_TURN, sin_cos};
 
@@ -62,14 +62,6 @@ impl<S: Simd> Lanes for Native<S> {
     #[inline(always)]
     fn add_mul(self, a: Self, b: Self) -> Self {
         Self(if fuses::<S>() { a.0.mul_add_precise(b.0, self.0) } else { emulated::<S>(a.0, b.0, self.0) })
-    }
-    #[inline(always)]
-    fn select_gt(self, limit: Self, yes: Self, no: Self) -> Self {
-        Self(self.0.simd_gt(limit.0).select(yes.0, no.0))
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        Self(self.0.sqrt())
     }
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
@@ -141,6 +133,22 @@ impl<S: Simd> Number for Native<S> {
     fn tanh_ratio(self) -> Self {
         tanh_ratio(self)
     }
+    #[inline(always)]
+    fn select_gt(self, limit: Self, yes: Self, no: Self) -> Self {
+        Self(self.0.simd_gt(limit.0).select(yes.0, no.0))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0.sqrt())
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        exp(self)
+    }
+    #[inline(always)]
+    fn powf(self, exponent: Self) -> Self {
+        powf(self, exponent)
+    }
 }
 
 #[cfg(test)]
@@ -180,6 +188,8 @@ mod tests {
                 cos,
                 a.tanh(),
                 a.tanh_ratio(),
+                a.exp(),
+                a.powf(b),
             ];
             for value in all {
                 for lane in 0..V::LANES {

@@ -51,14 +51,6 @@ impl<V: Lanes> Lanes for Pair<V> {
         Self(self.0.sub_mul(a.0, b.0), self.1.sub_mul(a.1, b.1))
     }
     #[inline(always)]
-    fn select_gt(self, limit: Self, yes: Self, no: Self) -> Self {
-        Self(self.0.select_gt(limit.0, yes.0, no.0), self.1.select_gt(limit.1, yes.1, no.1))
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        Self(self.0.sqrt(), self.1.sqrt())
-    }
-    #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
         let ((s, c), (t, d)) = (self.0.sin_cos(), self.1.sin_cos());
         (Self(s, t), Self(c, d))
@@ -127,6 +119,22 @@ impl<V: Lanes> Number for Pair<V> {
     #[inline(always)]
     fn tanh_ratio(self) -> Self {
         Self(self.0.tanh_ratio(), self.1.tanh_ratio())
+    }
+    #[inline(always)]
+    fn select_gt(self, limit: Self, yes: Self, no: Self) -> Self {
+        Self(self.0.select_gt(limit.0, yes.0, no.0), self.1.select_gt(limit.1, yes.1, no.1))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0.sqrt(), self.1.sqrt())
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        Self(self.0.exp(), self.1.exp())
+    }
+    #[inline(always)]
+    fn powf(self, exponent: Self) -> Self {
+        Self(self.0.powf(exponent.0), self.1.powf(exponent.1))
     }
 }
 

@@ -105,7 +105,7 @@ impl Neg for Counted {
 /// Environments of the simulation that is timed: one vector's.
 const SIMULATED: usize = 16;
 
-/// Operations of the two functions that are written out as polynomials.
+/// Operations of a function that is written out as a polynomial.
 const POLYNOMIAL: u64 = 30;
 
 impl Number for Counted {
@@ -128,6 +128,22 @@ impl Number for Counted {
     #[inline(always)]
     fn tanh_ratio(self) -> Self {
         counted(POLYNOMIAL, self.0.tanh_ratio())
+    }
+    #[inline(always)]
+    fn select_gt(self, limit: Self, yes: Self, no: Self) -> Self {
+        if self > limit { yes } else { no }
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        counted(1, self.0.sqrt())
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        counted(POLYNOMIAL, self.0.exp())
+    }
+    #[inline(always)]
+    fn powf(self, exponent: Self) -> Self {
+        counted(2 * POLYNOMIAL, self.0.powf(exponent.0))
     }
 }
 
@@ -164,10 +180,6 @@ impl SingleLane for Counted {
     #[inline(always)]
     fn fused(self, a: Self, b: Self) -> Self {
         counted(2, self.0.fused(a.0, b.0))
-    }
-    #[inline(always)]
-    fn root(self) -> Self {
-        counted(1, self.0.root())
     }
     #[inline(always)]
     fn sine_and_cosine(self) -> (Self, Self) {

@@ -33,6 +33,8 @@ pub struct Forces<V: Lanes> {
     pub closure: Vec<V>,
     /// Each joint that follows another.
     pub coupling: Vec<V>,
+    /// Torque on each actuator from outside, which friction under load depends on; empty where no actuator has one.
+    pub outside: Vec<V>,
 }
 
 impl<V: Lanes> Forces<V> {
@@ -46,6 +48,7 @@ impl<V: Lanes> Forces<V> {
             live: vec![true; tree.contacts],
             closure: vec![zero; tree.closures.triples.rows()],
             coupling: vec![zero; tree.couplings.list.len()],
+            outside: vec![zero; tree.loaded],
         }
     }
 
@@ -63,18 +66,21 @@ impl<V: Lanes> Forces<V> {
         self.live.copy_from_slice(&other.live);
         self.closure.copy_from_slice(&other.closure);
         self.coupling.copy_from_slice(&other.coupling);
+        self.outside.copy_from_slice(&other.outside);
     }
 
     /// Every number, in a fixed order: for saving, and for bringing one environment back.
     pub fn numbers_mut(&mut self) -> impl Iterator<Item = &mut V> {
         self.live.fill(true);
         let ends = self.friction.iter_mut().chain(&mut self.limit).chain(&mut self.side);
-        ends.chain(self.contact.iter_mut().flatten()).chain(&mut self.closure).chain(&mut self.coupling)
+        let closed = self.closure.iter_mut().chain(&mut self.coupling).chain(&mut self.outside);
+        ends.chain(self.contact.iter_mut().flatten()).chain(closed)
     }
 
     /// Returns their number.
     pub fn len(&self) -> usize {
         let joints = self.friction.len() + self.limit.len() + self.side.len() + self.coupling.len();
+        let joints = joints + self.outside.len();
         joints + 4 * self.contact.len() + self.closure.len()
     }
 }
@@ -114,6 +120,8 @@ pub struct SolverContext<'a, V: Lanes> {
     pub friction: V,
     /// Friction of each foot on the ground, likewise.
     pub foot_friction: &'a [V],
+    /// Largest dry friction of each dof.
+    pub frictionloss: &'a [V],
     pub q: &'a [V],
     pub v: &'a [V],
     /// Visits of all rows.

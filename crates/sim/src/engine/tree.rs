@@ -29,6 +29,8 @@ pub struct Dof<T> {
     pub armature: T,
     pub damping: T,
     pub frictionloss: T,
+    /// Whether anything holds it by dry friction: `frictionloss`, or the friction of its actuator.
+    pub dry: bool,
 }
 
 /// One joint, in constants of the model.
@@ -124,6 +126,8 @@ pub struct Tree<T> {
     /// Possible contacts: the ground's points, then those of the pairs.
     pub contacts: usize,
     pub driven: Vec<Driven>,
+    /// Number of actuators whose outer torques are kept: all where any has friction under load, else none.
+    pub loaded: usize,
     pub feet: usize,
     pub gravity: [T; 3],
     pub timestep: f64,
@@ -165,6 +169,7 @@ impl<T: Scalar> Tree<T> {
             couplings: Couplings::default(),
             contacts: 0,
             driven: character.scalar_joints().map(|j| Driven { q: j.q_index, v: j.v_index }).collect(),
+            loaded: 0,
             feet: robot.anatomy.soles.len(),
             gravity: numbers(character.gravity.into()),
             timestep,
@@ -175,6 +180,12 @@ impl<T: Scalar> Tree<T> {
             ground_height: T::new(height),
         };
         tree.add_dofs(character);
+        for (joint, actuator) in tree.driven.iter().zip(&robot.actuators.parameters) {
+            if actuator.extended_friction.is_some() {
+                tree.dofs[joint.v].dry = true;
+                tree.loaded = tree.driven.len();
+            }
+        }
         tree.dof_chains = tree.dofs.iter().map(|dof| DofChain::of(&dof.chain)).collect();
         tree.limits = character
             .joints
@@ -218,6 +229,7 @@ impl<T: Scalar> Tree<T> {
                         armature: T::new(joint.armature),
                         damping: T::new(joint.damping),
                         frictionloss: T::new(joint.frictionloss),
+                        dry: joint.frictionloss > 0.0,
                     });
                     last = Some(index);
                 }

@@ -24,10 +24,12 @@ pub(super) struct DrivenJoint {
     pub actuator: ActuatorParameters,
     /// Damping that the model itself gives it (N m s/rad).
     pub damping: f64,
+    /// Dry friction that the model itself gives it (N m).
+    pub frictionloss: f64,
 }
 
 /// Indices of the robot's parts in MuJoCo's arrays, and in an environment's row of numbers
-/// `[time, positions, velocities, warm start, pushes (6 per body), diverged]`.
+/// `[time, positions, velocities, warm start, pushes (6 per body), diverged, outer torques]`.
 #[derive(Debug, Clone)]
 pub(super) struct Layout {
     pub nv: usize,
@@ -52,6 +54,8 @@ pub(super) struct Layout {
     pub warm_start: usize,
     pub pushes: usize,
     pub diverged: usize,
+    /// Torque on each actuator from outside; nothing where no actuator has friction under load.
+    pub outside: usize,
     pub width: usize,
 }
 
@@ -206,6 +210,7 @@ fn layout(robot: &Robot, model: &MjModel) -> Layout {
             v: j.v_index,
             actuator,
             damping: model.dof_damping()[j.v_index],
+            frictionloss: model.dof_frictionloss()[j.v_index],
         })
         .collect();
     let mut scalar_of_dof = vec![None; nv];
@@ -221,6 +226,8 @@ fn layout(robot: &Robot, model: &MjModel) -> Layout {
     let warm_start = velocities + nv;
     let pushes = warm_start + nv;
     let diverged = pushes + 6 * bodies;
+    let outside = diverged + 1;
+    let is_loaded = robot.actuators.parameters.iter().any(|actuator| actuator.extended_friction.is_some());
     Layout {
         nv,
         bodies,
@@ -238,6 +245,7 @@ fn layout(robot: &Robot, model: &MjModel) -> Layout {
         warm_start,
         pushes,
         diverged,
-        width: diverged + 1,
+        outside,
+        width: outside + if is_loaded { robot.actuators.parameters.len() } else { 0 },
     }
 }

@@ -30,6 +30,8 @@ pub(super) struct Worker {
     /// Sum of the squared torques over the substeps, and the last torque, `[J]`.
     torque_squared: Vec<f64>,
     torque: Vec<f64>,
+    /// Torque on each actuator from outside in the step before (N m); empty where no actuator has friction under load.
+    outside: Vec<f64>,
 }
 
 impl Worker {
@@ -42,6 +44,7 @@ impl Worker {
             damping: layout.joints.iter().map(|j| j.damping).collect(),
             gains: layout.joints.iter().map(|j| [j.actuator.kp, j.actuator.kd]).collect(),
             strength: vec![1.0; joints],
+            outside: vec![0.0; layout.width - layout.outside],
             data: MjData::try_new(Box::new(model)).map_err(|e| e.to_string())?,
             layout,
             tuned: false,
@@ -119,6 +122,7 @@ impl Worker {
         for (slot, push) in data.xfrc_applied_mut().iter_mut().zip(pushes.chunks_exact(6)) {
             slot.copy_from_slice(push);
         }
+        self.outside.copy_from_slice(&row[layout.outside..]);
     }
 
     fn store(&self, row: &mut [f64]) {
@@ -127,6 +131,7 @@ impl Worker {
         row[layout.positions..layout.velocities].copy_from_slice(self.data.qpos());
         row[layout.velocities..layout.warm_start].copy_from_slice(self.data.qvel());
         row[layout.warm_start..layout.pushes].copy_from_slice(self.data.qacc_warmstart());
+        row[layout.outside..].copy_from_slice(&self.outside);
     }
 
     pub fn set_damping(&mut self, joint: usize, friction: f64) {
@@ -147,7 +152,11 @@ impl Worker {
             for (sum, torque) in self.torque_squared.iter_mut().zip(&self.torque) {
                 *sum += torque * torque;
             }
+            let velocities = (!self.outside.is_empty()).then(|| self.data.qvel().to_vec());
             self.data.step();
+            if let Some(velocities) = velocities {
+                self.note_outside_torques(&velocities);
+            }
             let sound = self.data.qpos().iter().all(|x| x.is_finite())
                 && self.data.qvel().iter().all(|v| v.abs() <= VELOCITY_LIMIT)
                 && self.data.qacc_warmstart().iter().all(|a| a.is_finite());
@@ -164,18 +173,42 @@ impl Worker {
         for (i, joint) in layout.joints.iter().enumerate() {
             let number = f64::from(drive.values()[i]);
             let (position, velocity) = (self.data.qpos()[joint.q], self.data.qvel()[joint.v]);
-            let (applied, friction) = match drive {
+            let (applied, friction, held) = match drive {
                 Drive::Targets(_) => {
                     let [kp, kd] = self.gains[i];
                     let actuator = ActuatorParameters { kp, kd, ..joint.actuator };
                     let motor = self.strength[i] * actuator.motor_torque(number, position, velocity);
-                    (motor, actuator.friction_damping(velocity))
+                    let held = actuator.extended_friction.map(|own| own.limit(motor, self.outside[i], velocity));
+                    (motor, actuator.friction_damping(velocity), held)
                 }
-                Drive::Torques(_) => (number, 0.0),
+                Drive::Torques(_) => (number, 0.0, None),
             };
+            if joint.actuator.extended_friction.is_some() {
+                self.model_mut().dof_frictionloss_mut()[joint.v] = joint.frictionloss + held.unwrap_or(0.0);
+            }
             self.data.qfrc_applied_mut()[joint.v] = applied;
             self.set_damping(i, friction);
             self.torque[i] = applied - friction * velocity;
+        }
+    }
+
+    /// Keeps the torque on each actuator from outside: all forces of the step but the actuator's own torque, the joint's damping
+    /// and its dry friction. `velocities` are those before the step.
+    fn note_outside_torques(&mut self, velocities: &[f64]) {
+        let layout = self.layout.clone();
+        let mut dry = vec![0.0; layout.joints.len()];
+        // SAFETY: MuJoCo filled the forces in the step that was just made.
+        let force = unsafe { self.data.efc_force() };
+        for (i, (&kind, &id)) in self.data.efc_type().iter().zip(self.data.efc_id()).enumerate() {
+            if let (mjtConstraint::mjCNSTR_FRICTION_DOF, Some(scalar)) =
+                (kind, layout.scalar_of_dof[id.max(0) as usize])
+            {
+                dry[scalar] += force[i];
+            }
+        }
+        for (i, joint) in layout.joints.iter().enumerate() {
+            let total = self.data.qfrc_smooth()[joint.v] + self.data.qfrc_constraint()[joint.v];
+            self.outside[i] = total - self.torque[i] + self.damping[i] * velocities[joint.v] - dry[i];
         }
     }
 

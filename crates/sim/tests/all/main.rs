@@ -16,5 +16,6 @@ mod oracle_constraint_wrenches;
 mod oracle_contact;
 mod oracle_coupling;
 mod oracle_engine;
+mod oracle_friction;
 mod oracle_mujoco;
 mod world;

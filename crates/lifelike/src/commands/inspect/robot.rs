@@ -251,6 +251,12 @@ fn control(robot: &Robot) -> String {
         .collect();
     let head = ["actuator", "kp (N m/rad)", "kd (N m s/rad)", "torque (N m)", "speed (rad/s)", "default (deg)"];
     text += &table(&head, &rows);
+    let actuators = robot.actuators.joints.iter().zip(&robot.actuators.parameters);
+    let loaded: Vec<&str> =
+        actuators.filter(|(_, p)| p.extended_friction.is_some()).map(|(joint, _)| joint.as_str()).collect();
+    if !loaded.is_empty() {
+        text += &format!("friction under load: {}\n", loaded.join(", "));
+    }
     let roles: Vec<Vec<String>> = robot
         .anatomy
         .places
