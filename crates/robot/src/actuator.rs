@@ -19,7 +19,7 @@ use lifelike_simd::Number;
 
 /// Parameters of one actuator (Table 4.1).
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields, bound(deserialize = "T: serde::Deserialize<'de> + Default"))]
+#[serde(deny_unknown_fields)]
 pub struct ActuatorParameters<T = f64> {
     /// Proportional gain κ_P (N m/rad).
     pub kp: T,
@@ -39,7 +39,7 @@ pub struct ActuatorParameters<T = f64> {
     pub velocity_max: T,
     /// Dry friction beside that of eq. 4.10, which depends on the load; engines hold it as MuJoCo holds `frictionloss`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub extended_friction: Option<ExtendedFriction<T>>,
+    pub extended_friction: Option<ExtendedFriction>,
 }
 
 impl<T: Number> ActuatorParameters<T> {
@@ -54,7 +54,7 @@ impl<T: Number> ActuatorParameters<T> {
             torque_max: number(self.torque_max),
             full_torque_velocity: number(self.full_torque_velocity),
             velocity_max: number(self.velocity_max),
-            extended_friction: self.extended_friction.map(|friction| friction.map(&number)),
+            extended_friction: self.extended_friction,
         }
     }
 
@@ -62,7 +62,13 @@ impl<T: Number> ActuatorParameters<T> {
     /// driving ramps down linearly from `full_torque_velocity` to zero at `velocity_max`.
     #[inline(always)]
     pub fn motor_torque(&self, target: T, position: T, velocity: T) -> T {
-        self.clamp(self.kp * (target - position) - self.kd * velocity, velocity)
+        self.motor_torque_with([self.kp, self.kd], target, position, velocity)
+    }
+
+    /// As [`Self::motor_torque`] with other gains κ_P and κ_D.
+    #[inline(always)]
+    pub fn motor_torque_with(&self, [kp, kd]: [T; 2], target: T, position: T, velocity: T) -> T {
+        self.clamp(kp * (target - position) - kd * velocity, velocity)
     }
 
     /// Returns the velocity-dependent clamp of eq. 4.11.

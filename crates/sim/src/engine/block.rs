@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use lifelike_character::JointKind;
 use lifelike_robot::Robot;
-use lifelike_robot::actuator::ActuatorParameters;
+use lifelike_robot::actuator::{ActuatorParameters, ExtendedFriction};
 
 use super::command::Command;
 use super::constraints::{ITERATIONS, Solver};
@@ -15,7 +15,7 @@ use super::profiler::{Profiler, Stage};
 use super::rigid_body::RigidBodyDynamics;
 use super::solver_context::{Forces, InvWeight, SolverContext};
 use super::spatial::{Spatial, accumulate, along, cross, dot6};
-use super::tree::Tree;
+use super::tree::{Driven, Tree};
 use crate::error::SimError;
 use crate::terrain::Terrain;
 
@@ -32,6 +32,8 @@ pub struct Model<V: Lanes> {
     pub terrain: Option<Arc<Terrain>>,
     /// One actuator per scalar joint.
     pub actuators: Vec<ActuatorParameters<V>>,
+    /// Friction under load, by the index of its actuator.
+    pub frictions: Vec<(usize, ExtendedFriction<V>)>,
     /// The model's own constants, of all environments and in double precision.
     pub nominal: ModelParameters<V>,
     pub exact_nominal: ModelParameters<f64>,
@@ -43,11 +45,14 @@ impl<V: Lanes> Model<V> {
     pub fn new(robot: &Robot) -> Result<Self, SimError> {
         let actuators = robot.actuators.parameters.iter().map(|own| own.map(V::splat_f64));
         let actuators: Vec<_> = actuators.collect();
+        let own = robot.actuators.parameters.iter().enumerate();
+        let frictions = own.filter_map(|(i, own)| Some((i, own.extended_friction?.map(V::splat_f64))));
+        let frictions: Vec<_> = frictions.collect();
         let (tree, exact) = (Tree::new(robot)?, Tree::new(robot)?);
         let nominal = ModelParameters::nominal(&tree, &actuators);
         // Inverse weights need no gains.
         let exact_nominal = ModelParameters::nominal(&exact, &[]);
-        Ok(Self { tree, exact, terrain: None, actuators, nominal, exact_nominal, iterations: ITERATIONS })
+        Ok(Self { tree, exact, terrain: None, actuators, frictions, nominal, exact_nominal, iterations: ITERATIONS })
     }
 }
 
@@ -255,6 +260,7 @@ impl<V: Lanes> Block<V> {
         workspace.dynamics.mass_matrix(tree, &self.parameters);
         profiler.end_stage(Stage::MassMatrix);
         self.apply_forces(model, workspace);
+        self.bound_dry_friction(model);
         profiler.end_stage(Stage::Forces);
         let Workspace { dynamics, solver, u, .. } = workspace;
         dynamics.factors.factorise(tree, &dynamics.mass, &[]);
@@ -289,25 +295,18 @@ impl<V: Lanes> Block<V> {
                 }
                 for (i, (joint, actuator)) in tree.driven.iter().zip(&model.actuators).enumerate() {
                     let (position, velocity) = (self.q[joint.q], self.v[joint.v]);
-                    // What friction under load holds is told by the torques of the step before.
-                    let mut held = V::splat(tree.dofs[joint.v].frictionloss);
                     let applied = if command.targets {
-                        let [kp, kd] = self.parameters.gains[i];
-                        let actuator = ActuatorParameters { kp, kd, ..*actuator };
+                        let gains = self.parameters.gains[i];
                         let friction = actuator.friction_damping(velocity);
                         damping[joint.v] += friction;
-                        let motor =
-                            self.parameters.strength[i] * actuator.motor_torque(command.values[i], position, velocity);
+                        let motor = actuator.motor_torque_with(gains, command.values[i], position, velocity);
+                        let motor = self.parameters.strength[i] * motor;
                         self.torque[i] = motor.sub_mul(friction, velocity);
-                        if let Some(extended) = &actuator.extended_friction {
-                            held += extended.limit(motor, self.forces.outside[i], velocity);
-                        }
                         motor
                     } else {
                         self.torque[i] = command.values[i];
                         command.values[i]
                     };
-                    self.frictionloss[joint.v] = held;
                     u[joint.v] += applied;
                     self.torque_squared[i] = self.torque_squared[i].add_mul(self.torque[i], self.torque[i]);
                 }
@@ -345,6 +344,26 @@ impl<V: Lanes> Block<V> {
         profiler.end_stage(Stage::Factors);
         self.move_along(tree, u, h);
         profiler.end_stage(Stage::Integration);
+    }
+
+    /// Sets the largest dry friction of the joints whose actuators have friction under load, by the motors' torques and those
+    /// from outside in the step before.
+    fn bound_dry_friction(&mut self, model: &Model<V>) {
+        V::vectorize(
+            #[inline(always)]
+            || {
+                for (i, friction) in &model.frictions {
+                    let Driven { v: d, .. } = model.tree.driven[*i];
+                    let velocity = self.v[d];
+                    let mut held = V::splat(model.tree.dofs[d].frictionloss);
+                    if self.command.targets {
+                        let motor = self.torque[*i].add_mul(model.actuators[*i].friction_damping(velocity), velocity);
+                        held += friction.limit(motor, self.forces.outside[*i], velocity);
+                    }
+                    self.frictionloss[d] = held;
+                }
+            },
+        );
     }
 
     /// Keeps the torque on each actuator from outside for its friction in the next step, given the sum of all forces on each dof:

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use lifelike_character::rotation::to_wxyz;
-use lifelike_robot::ActuatorParameters;
 use mujoco_rs::mujoco_c::mjtConstraint;
 use mujoco_rs::prelude::{MjData, MjModel};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -175,9 +174,9 @@ impl Worker {
             let (position, velocity) = (self.data.qpos()[joint.q], self.data.qvel()[joint.v]);
             let (applied, friction, held) = match drive {
                 Drive::Targets(_) => {
-                    let [kp, kd] = self.gains[i];
-                    let actuator = ActuatorParameters { kp, kd, ..joint.actuator };
-                    let motor = self.strength[i] * actuator.motor_torque(number, position, velocity);
+                    let actuator = &joint.actuator;
+                    let motor =
+                        self.strength[i] * actuator.motor_torque_with(self.gains[i], number, position, velocity);
                     let held = actuator.extended_friction.map(|own| own.limit(motor, self.outside[i], velocity));
                     (motor, actuator.friction_damping(velocity), held)
                 }
