@@ -166,7 +166,7 @@ fn fifty() -> u64 {
 }
 
 fn default_inputs() -> ReferenceSpec {
-    // Frames further ahead cost more samples than they save (docs/results/walk.md).
+    // Frames further ahead cost more samples than they save (docs/results/tracking-changes.md).
     ReferenceSpec { frame: true, ..ReferenceSpec::default() }
 }
 
