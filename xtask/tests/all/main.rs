@@ -4,5 +4,6 @@
 
 mod architecture;
 mod documentation;
+mod headline;
 mod modules;
 mod sources;

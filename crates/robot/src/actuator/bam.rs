@@ -4,9 +4,9 @@ use super::friction::ExtendedFriction;
 use super::models::{ActuatorModel, above_zero, at_least};
 use super::{ActuatorParameters, DcServo};
 
-/// A position servo by the numbers of a parameter file of BAM (github.com/Rhoban/bam, models M1 to M6; Duclusaud et al.,
-/// "Extended Friction Models for the Physics Simulation of Servo Actuators", 2024).
+/// A position servo by the numbers of a parameter file of BAM (github.com/Rhoban/bam, models M1 to M6).
 ///
+/// The models are those of Duclusaud et al., "Extended Friction Models for the Physics Simulation of Servo Actuators" (2024).
 /// The keys are those of the file, so its JSON is the table. Three more say how the servo is used: the firmware's gain `kp`, the
 /// supply `vin`, and `error_gain`, the duty for a radian and a gain of one. The motor is that of [`DcServo`] with `kp error_gain`
 /// as `proportional`; friction is [`ExtendedFriction`].

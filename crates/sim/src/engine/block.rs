@@ -346,8 +346,8 @@ impl<V: Lanes> Block<V> {
         profiler.end_stage(Stage::Integration);
     }
 
-    /// Sets the largest dry friction of the joints whose actuators have friction under load, by the motors' torques and those
-    /// from outside in the step before.
+    /// Sets the largest dry friction of joints whose actuators have friction under load. It depends on the motor's torque, and on
+    /// that from outside in the step before.
     fn bound_dry_friction(&mut self, model: &Model<V>) {
         V::vectorize(
             #[inline(always)]

@@ -29,7 +29,7 @@ pub struct Dof<T> {
     pub armature: T,
     pub damping: T,
     pub frictionloss: T,
-    /// Whether anything holds it by dry friction: `frictionloss`, or the friction of its actuator.
+    /// True where dry friction holds it: `frictionloss`, or that of its actuator under load.
     pub dry: bool,
 }
 

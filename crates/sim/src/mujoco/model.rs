@@ -28,8 +28,9 @@ pub(super) struct DrivenJoint {
     pub frictionloss: f64,
 }
 
-/// Indices of the robot's parts in MuJoCo's arrays, and in an environment's row of numbers
-/// `[time, positions, velocities, warm start, pushes (6 per body), diverged, outer torques]`.
+/// Indices of the robot's parts in MuJoCo's arrays, and in an environment's row of numbers.
+///
+/// The row is `[time, positions, velocities, warm start, pushes (6 per body), diverged, outer torques]`.
 #[derive(Debug, Clone)]
 pub(super) struct Layout {
     pub nv: usize,
