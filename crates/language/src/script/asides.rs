@@ -140,15 +140,14 @@ pub(super) fn without_what_stays(mut words: Vec<String>) -> Vec<String> {
 fn without_low_legs(mut words: Vec<String>) -> Vec<String> {
     const LOW: [&str; 6] = ["kneel", "kneels", "lunge", "lunges", "squat", "crouch"];
     const PARTS: [&str; 10] = ["knee", "knees", "leg", "thigh", "thighs", "shin", "foot", "torso", "trunk", "heels"];
-    const STATES: [&str; 24] = [
-        "front",
-        "back",
+    const STATES: [&str; 23] = [
         "left",
         "right",
+        "front",
+        "back",
         "flat",
         "level",
         "straight",
-        "up",
         "90",
         "degrees",
         "bent",
@@ -167,16 +166,23 @@ fn without_low_legs(mut words: Vec<String>) -> Vec<String> {
         "behind",
     ];
     let Some(low) = words.iter().position(|word| LOW.contains(&word.as_str())) else { return words };
+    let is_of_sides = words[low].starts_with("kneel") || words[low].starts_with("lunge");
     let mut at = low;
     while let Some(join) = (at..words.len()).find(|at| has(&[",", "|", "with"], words.get(*at))) {
         let [_, end] = piece_of(&words, join + 1);
         let end = (join + 1..end).find(|at| words[*at] == "with").unwrap_or(end);
-        let piece = &words[join + 1..end];
-        let is_known =
-            |word: &String| [&PARTS[..], &STATES, &ARTICLES].into_iter().any(|known| known.contains(&word.as_str()));
+        let like = (join + 1..end).find(|at| words[*at] == "like").unwrap_or(end);
+        let piece = &words[join + 1..like];
+        let is_trunk = has(&["torso", "trunk"], piece.first()) || has(&["torso", "trunk"], piece.get(1));
+        let is_known = |word: &String| {
+            let lists = [&PARTS[..], &STATES, &ARTICLES];
+            is_trunk && word == "up" || lists.into_iter().any(|known| known.contains(&word.as_str()))
+        };
         let names = |known: &[&str]| piece.iter().any(|word| known.contains(&word.as_str()));
         let is_back = piece.iter().find(|word| !ARTICLES.contains(&word.as_str())).is_some_and(|word| *word == "back");
-        if !piece.is_empty() && (names(&PARTS) || is_back && piece.len() > 1) && piece.iter().all(is_known) {
+        // "Lunge with the left leg" says the side; a squat with one leg ahead is another one.
+        let is_state = names(&STATES[4..]) && (is_of_sides || !names(&STATES[..2]));
+        if is_state && (names(&PARTS) || is_back) && piece.iter().all(is_known) {
             words.drain(join + 1..end);
             // "A lunge: front knee bent, hands up": the hands belong to it.
             words[join] = ",".into();
@@ -236,6 +242,9 @@ mod tests {
             ("point up, then thumb... no, then just bow", "point up , then then just bow"),
             ("with the right you say come here, come here", "with the right you say come here"),
             ("kneel on the left knee, right foot flat in front, torso straight up", "kneel on the left knee"),
+            ("lunge with the left leg, torso upright", "lunge with the left leg"),
+            ("squat, left leg up", "squat , left leg up"),
+            ("kneel, torso straight up like a knight", "kneel"),
             ("step into a lunge: front knee 90, back leg straight, hands up", "step into a lunge , hands up"),
             ("a dozen high knees, six each side, alternating", "a dozen high knees , alternating"),
             ("warm up time! 5 squats, 5 bows", "5 squats , 5 bows"),

@@ -320,8 +320,9 @@ impl Reader<'_> {
         let mut script = Script::default();
         let words = spelt(&self.phrases, normal(text), &mut script.notes);
         let words = without_negations(words, &mut script.notes);
-        let steps = words.iter().any(|word| word == "step");
-        let words = self.opened(if steps { self.counted_words(words) } else { words });
+        // "Step left", "nod nod nod".
+        let counts = words.iter().any(|word| word == "step") || words.windows(2).any(|two| two[0] == two[1]);
+        let words = self.opened(if counts { self.counted_words(words) } else { words });
         let stretches = self.learned.read(&words);
         let certainty = stretches.iter().map(|one| one.certainty).reduce(f64::min).unwrap_or(0.0);
         let asking = stretches.iter().flat_map(|one| one.words.iter().cloned()).collect();
@@ -415,8 +416,8 @@ fn names_one_action(script: &Script) -> bool {
     is_one && script.unknown.is_empty() && script.impossible.is_empty()
 }
 
-/// Returns whether a sentence is one posture of arms without an angle, which a verb may name as well; of one piece, where
-/// rules and network do not agree on the verb.
+/// Returns whether a sentence is one posture of arms without an angle, which a verb may name as well. Where rules and network
+/// do not agree on the verb, only a sentence of one piece is.
 fn is_one_posture(segments: &[Segment], text: &str, agrees: bool) -> bool {
     let [Segment::Postures(clause)] = segments else { return false };
     let is_plain = |posture: &Posture| posture.moves_only_arms() && !posture.is_combined();

@@ -82,7 +82,7 @@ const LIMBS: [&str; 14] =
     ["hand", "arm", "leg", "foot", "feet", "knee", "elbow", "palm", "heel", "toe", "finger", "fist", "them", "it"];
 
 /// Words that join, as they are in normal text; longer ones first.
-const JOINS: [(&str, Join); 65] = [
+const JOINS: [(&str, Join); 66] = [
     ("and at the same time", Join::While),
     ("while at the same time", Join::While),
     ("at the same time", Join::While),
@@ -101,6 +101,7 @@ const JOINS: [(&str, Join); 65] = [
     ("as she", Join::While),
     ("as it", Join::While),
     ("as they", Join::While),
+    ("as both", Join::While),
     ("as you", Join::While),
     ("as the", Join::While),
     ("as his", Join::While),
@@ -154,7 +155,7 @@ const JOINS: [(&str, Join); 65] = [
 pub(super) fn normal(text: &str) -> Vec<String> {
     let mut out = String::new();
     let mut before = ' ';
-    for c in with_plain_numbers(&without_list_numbers(&without_title(&without_alternatives(text)))).chars() {
+    for c in with_plain_numbers(&without_list_numbers(without_title(&without_alternatives(text)))).chars() {
         match c {
             '.' | ';' | '!' | '?' | ':' => {
                 // A point between digits is part of the number.

@@ -103,6 +103,11 @@ fn every_part_of_a_row_is_read() {
 #[test]
 fn limbs_act_at_once() {
     check(&[
+        (
+            "lunge forward with the left leg as both arms go up in a Y",
+            "both arms to the side 135 degrees while: lunge, left side",
+        ),
+        ("nod nod nod, shake your head once", "nod, 3 times; then shake head, once"),
         ("can you bow and at the same time raise both arms? x2", "raise arms, both side while: bow, 2 times"),
         ("march in reverse holding a salute", "salute, right side while: walk backward, backward"),
         (

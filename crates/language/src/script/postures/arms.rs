@@ -359,7 +359,7 @@ fn in_a_direction(piece: &Words<'_>, context: &Context, side: Side) -> Option<Pl
         _ if piece.has(&["bend", "bent"]) => Arm { elbow: 90.0, ..before.unwrap_or(Arm::HANGING) },
         _ => return None,
     };
-    Some((found, None, piece.has(&["bent"])))
+    Some((found, None, piece.has(&["bent"]) || is_diagonal && up))
 }
 
 /// Returns the side of "to the left".

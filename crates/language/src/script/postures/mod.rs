@@ -303,7 +303,7 @@ fn with_limbs(pieces: Vec<(Join, Vec<String>)>) -> Vec<(Join, Vec<String>)> {
         let names = words.iter().any(|word| ARMS.contains(&word.as_str()));
         let belongs = |last: &[String]| is_limb(&words) && !last.is_empty() || is_verb(last) && names;
         match out.last_mut().filter(|(_, last)| join == Join::With && belongs(last)) {
-            Some((_, last)) => last.extend(words),
+            Some((_, last)) => last.extend([join.word().to_string()].into_iter().chain(words)),
             None => out.push((join, words)),
         }
     }
