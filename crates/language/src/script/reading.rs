@@ -416,8 +416,8 @@ fn names_one_action(script: &Script) -> bool {
     is_one && script.unknown.is_empty() && script.impossible.is_empty()
 }
 
-/// Returns whether a sentence is one posture of arms without an angle, which a verb may name as well. Where rules and network
-/// do not agree on the verb, only a sentence of one piece is.
+/// Returns whether a sentence is one posture of arms without an angle, which a verb may name as well. If rules and network
+/// do not agree on the verb, that is only a sentence of one piece.
 fn is_one_posture(segments: &[Segment], text: &str, agrees: bool) -> bool {
     let [Segment::Postures(clause)] = segments else { return false };
     let is_plain = |posture: &Posture| posture.moves_only_arms() && !posture.is_combined();
