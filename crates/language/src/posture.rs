@@ -42,6 +42,9 @@ pub struct Posture {
     /// Place that the hands touch.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub touches: Option<Touch>,
+    /// Place that the left hand touches, where the right one touches another.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub left_touches: Option<Touch>,
     /// Duration of the hold (s).
     pub hold: f64,
     /// True for a movement that takes its time.
@@ -188,6 +191,13 @@ impl Posture {
 
     /// Adds the parts of another posture, which replace its own.
     pub fn extend(&mut self, other: &Self) {
+        let only =
+            |posture: &Self, left: bool| posture.left_arm.is_some() == left && posture.right_arm.is_some() != left;
+        let (left, right) = match () {
+            () if only(self, true) && only(other, false) => (self.touches, other.touches),
+            () if only(self, false) && only(other, true) => (other.touches, self.touches),
+            () => (None, None),
+        };
         self.left_arm = other.left_arm.or(self.left_arm);
         self.right_arm = other.right_arm.or(self.right_arm);
         self.head = other.head.or(self.head);
@@ -195,7 +205,12 @@ impl Posture {
         self.left_foot = other.left_foot.or(self.left_foot);
         self.right_foot = other.right_foot.or(self.right_foot);
         self.sink = other.sink.or(self.sink);
+        let moves_arms = other.left_arm.is_some() || other.right_arm.is_some();
+        self.left_touches = if moves_arms { None } else { self.left_touches };
         self.touches = other.touches.or(self.touches);
+        if left.is_some() && right.is_some() && left != right {
+            (self.left_touches, self.touches) = (left, right);
+        }
         self.hold = self.hold.max(other.hold);
         self.slow |= other.slow;
     }
@@ -254,7 +269,9 @@ impl Posture {
                 all.extend(right.map(|arm| format!("right arm {}", arm.words())));
             }
         }
-        all.extend(self.touches.map(|touch| format!("touching the {}", touch.words())));
+        let hand = if self.left_touches.is_some() { "right hand " } else { "" };
+        all.extend(self.left_touches.map(|touch| format!("left hand touching the {}", touch.words())));
+        all.extend(self.touches.map(|touch| format!("{hand}touching the {}", touch.words())));
         all.extend(self.head.map(|turn| format!("head {}", turn.words())));
         all.extend(self.trunk.map(|turn| format!("trunk {}", turn.words())));
         all.extend(self.left_foot.map(|foot| format!("left foot {}", foot.words())));

@@ -274,7 +274,11 @@ impl Generator<'_> {
                 (Some(left), Some(right)) if right.elbow > left.elbow + BENT => Side::Right,
                 _ => Side::Both,
             };
-            clip = touching.reached(&clip, (self.character(), self.anatomy()), (touch, side), self.options())?;
+            let side = if posture.left_touches.is_some() { Side::Right } else { side };
+            let left = posture.left_touches.map(|touch| (touch, Side::Left));
+            for hand in [(touch, side)].into_iter().chain(left) {
+                clip = touching.reached(&clip, (self.character(), self.anatomy()), hand, self.options())?;
+            }
         }
         Ok(clip)
     }
@@ -356,6 +360,7 @@ mod tests {
     use super::*;
     use crate::grammar::Grammar;
     use crate::script::Clause;
+    use crate::touch::Touch;
 
     fn made(postures: &[Posture]) -> (MotionClip, Tracks, Vec<Finding>) {
         let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/lima.xml");
@@ -411,5 +416,18 @@ mod tests {
         let (_, tracks, _) = made(&[aside]);
         let most = tracks.chest_lean.iter().fold(0.0_f64, |most, angle| most.max(angle.to_degrees()));
         assert!((most - 15.0).abs() < 6.0, "{most}");
+    }
+
+    #[test]
+    fn each_hand_touches_its_own_place() {
+        let belly = Some(Arm { raise: 14.0, aside: -14.0, turn: 62.0, elbow: 88.0 });
+        let crown = Some(Arm { raise: 180.0, aside: 3.0, turn: 101.0, elbow: 57.0 });
+        let mut both = Posture { left_arm: crown, touches: Some(Touch::Crown), hold: 2.0, ..Posture::default() };
+        both.extend(&Posture { right_arm: belly, touches: Some(Touch::Belly), ..Posture::default() });
+        assert_eq!((both.left_touches, both.touches), (Some(Touch::Crown), Some(Touch::Belly)));
+        let (clip, tracks, _) = made(&[both]);
+        let frame = ((clip.seconds() - AFTER - 2.5) * clip.fps) as usize;
+        let height = |side: usize| (tracks.hands[side][frame].z - tracks.shoulders[side][frame].z) / tracks.leg;
+        assert!(height(0) > 0.2 && height(1) < -0.2, "{} {}", height(0), height(1));
     }
 }

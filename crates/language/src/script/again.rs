@@ -203,11 +203,13 @@ pub(super) fn limbs_apart(words: Vec<String>) -> Vec<String> {
     out
 }
 
-/// "First nod, after you bow": one after the other.
+/// "First nod, after you bow", "nod, after bow, after wave": one after the other.
 pub(super) fn first_and_after(mut words: Vec<String>) -> Vec<String> {
-    if words.first().is_some_and(|word| word == "first" || word == "firstly") {
+    let follows = |words: &[String], at: usize| words[at] == "after" && JOINS.contains(&words[at - 1].as_str());
+    let is_row = (1..words.len()).filter(|at| follows(&words, *at)).count() > 1;
+    if is_row || words.first().is_some_and(|word| word == "first" || word == "firstly") {
         for at in 1..words.len() {
-            if words[at] == "after" && JOINS.contains(&words[at - 1].as_str()) {
+            if follows(&words, at) {
                 words[at] = "then".into();
             }
         }

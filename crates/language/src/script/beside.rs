@@ -36,9 +36,9 @@ pub(super) fn without_negations(words: Vec<String>, notes: &mut Vec<String>) -> 
 }
 
 /// Words that hold what was done before.
-pub(super) const HOLDS: [&str; 18] = [
-    "stay", "stays", "hold", "holds", "keep", "keeps", "remain", "remains", "staying", "holding", "keeping", "there",
-    "it", "that", "them", "pose", "position", "still",
+pub(super) const HOLDS: [&str; 20] = [
+    "hang", "hangs", "stay", "stays", "hold", "holds", "keep", "keeps", "remain", "remains", "staying", "holding",
+    "keeping", "there", "it", "that", "them", "pose", "position", "still",
 ];
 
 /// Returns whether words say only how long something is held.
@@ -46,7 +46,7 @@ pub(super) fn is_hold(words: &[String]) -> bool {
     let said = said(words);
     let fillers = ["for", "in", "this", "the", "a", "your", "like", "about"];
     let is_part = |word: &String| HOLDS.contains(&word.as_str()) || word == "up" || fillers.contains(&word.as_str());
-    let holds = words.first().is_some_and(|word| HOLDS[..11].contains(&word.as_str()));
+    let holds = words.first().is_some_and(|word| HOLDS[..13].contains(&word.as_str()));
     let stays = words.len() > 1 && words.iter().all(|word| HOLDS.contains(&word.as_str()) || word == "up");
     (said.seconds.is_some() || stays)
         && holds
@@ -62,8 +62,10 @@ pub(super) fn is_goal(before: &[String]) -> bool {
 
 /// Returns the side of the hand that words begin with.
 pub(super) fn of_hand(words: &[String]) -> Option<Side> {
-    let mut words =
-        words.iter().map(String::as_str).skip_while(|word| ["the", "your", "with", "his", "her"].contains(word));
+    let mut words = words
+        .iter()
+        .map(String::as_str)
+        .skip_while(|word| ["the", "your", "ur", "with", "his", "her", "you", "hold", "keep", "put"].contains(word));
     let side = match words.next()? {
         "left" => Side::Left,
         "right" => Side::Right,

@@ -8,7 +8,7 @@ const JOINS: [&str; 6] = [",", "|", "and", "then", "while", "but"];
 const LIMBS: [&str; 8] = ["arm", "hand", "leg", "foot", "knee", "elbow", "fist", "heel"];
 const ARMS: [&str; 4] = ["arm", "arms", "hand", "hands"];
 const FLOORS: [&str; 2] = ["floor", "ground"];
-const ARTICLES: [&str; 8] = ["the", "your", "his", "her", "its", "my", "both", "a"];
+const ARTICLES: [&str; 9] = ["the", "your", "ur", "his", "her", "its", "my", "both", "a"];
 /// Parts of hands and feet that robots do not turn or close.
 const DETAILS: [&str; 9] = ["palm", "palms", "fist", "fists", "finger", "fingers", "thumb", "thumbs", "toes"];
 /// Words that say how such parts are.
@@ -81,6 +81,7 @@ const RESTS: [&str; 13] = [
 
 /// Returns words in which limbs are described plainly.
 pub(super) fn plain_geometry(words: Vec<String>) -> Vec<String> {
+    let words = without_sling(about_the_shoulder(standing_on_the_other(by_joints(words))));
     let words = at_heights(by_the_horizontal(level_with_the_floor(words)));
     let words = as_letters(named_lower_limbs(at_the_pockets(named_sides(named_ones(words)))));
     let words = without_details(hands_below_elbows(with_fingers(without_ears(beside_the_other_foot(words)))));
@@ -97,6 +98,124 @@ fn piece_of(words: &[String], at: usize) -> [usize; 2] {
     let begin = words[..at].iter().rposition(joins).map_or(0, |join| join + 1);
     let end = words[at..].iter().position(joins).map_or(words.len(), |join| at + join);
     [begin, end]
+}
+
+/// "Right shoulder flexion 90 degrees", "abduct the left arm", "elbow fully extended": joints as physiotherapists name them.
+fn by_joints(words: Vec<String>) -> Vec<String> {
+    const JOINTS: [&str; 10] =
+        ["shoulder", "shoulders", "elbow", "elbows", "knee", "knees", "hip", "hips", "neck", "trunk"];
+    let way = |joint: &str, movement: &str| match (joint.trim_end_matches('s'), movement) {
+        ("shoulder", "flexion" | "flex") => Some("arm forward"),
+        ("shoulder", "abduction" | "abduct") => Some("arm to the side"),
+        ("shoulder", "adduction" | "adduct") => Some("arm down"),
+        ("shoulder", "extension") => Some("arm back"),
+        ("elbow", "flexion" | "flex") => Some("elbow bent"),
+        ("elbow", "extension" | "extended") => Some("elbow straight"),
+        ("knee", "flexion" | "flex") => Some("knee bent"),
+        ("hip", "flexion" | "flex") => Some("thigh forward"),
+        ("hip", "abduction" | "abduct") => Some("leg to the side"),
+        ("hip", "extension") => Some("leg back"),
+        ("neck", "flexion" | "flex") => Some("head down"),
+        ("neck", "extension") => Some("head back"),
+        ("trunk", "flexion" | "flex") => Some("trunk forward"),
+        _ => None,
+    };
+    let mut out: Vec<String> = Vec::with_capacity(words.len());
+    let mut at = 0;
+    while at < words.len() {
+        let verb = ["flex", "abduct", "adduct"].contains(&words[at].as_str()).then(|| {
+            let skipped = words[at + 1..]
+                .iter()
+                .take_while(|word| has(&ARTICLES, Some(word)) || has(&["left", "right"], Some(word)));
+            at + 1 + skipped.count()
+        });
+        // "Abduct the left arm": at the shoulder.
+        let named = |joint: usize| match words.get(joint).map(String::as_str) {
+            Some("arm" | "arms") if words[at] != "flex" => Some("shoulder"),
+            Some("leg" | "legs") => Some("hip"),
+            Some(joint) if JOINTS.contains(&joint) => Some(joint),
+            _ => None,
+        };
+        let by_verb = verb.and_then(|joint| Some((joint, named(joint)?)));
+        let found = match by_verb {
+            Some((joint, name)) => way(name, &words[at]).map(|way| (words[at + 1..joint].to_vec(), joint, way)),
+            None if JOINTS.contains(&words[at].as_str()) => {
+                let fully = usize::from(has(&["fully", "completely", "full", "joint"], words.get(at + 1)));
+                let movement = words.get(at + 1 + fully).map_or("", String::as_str);
+                way(&words[at], movement).map(|way| (Vec::new(), at + 1 + fully, way))
+            }
+            None => None,
+        };
+        let Some((before, end, way)) = found else {
+            out.push(words[at].clone());
+            at += 1;
+            continue;
+        };
+        let is_plural = words[at..=end].iter().any(|word| JOINTS.contains(&word.as_str()) && word.ends_with('s'))
+            || words[at..=end].iter().any(|word| word == "arms" || word == "legs");
+        out.extend(before);
+        let mut parts = way.split(' ').map(str::to_string);
+        out.extend(parts.next().map(|limb| if is_plural { limb + "s" } else { limb }));
+        out.extend(parts);
+        at = end + 1 + usize::from(has(&["to", "of", "at"], words.get(end + 1)));
+    }
+    out
+}
+
+/// "Swap to the right foot": standing on it.
+fn standing_on_the_other(mut words: Vec<String>) -> Vec<String> {
+    let swaps = |words: &[String], at: usize| {
+        let goes = has(&["swap", "switch", "change", "swaps", "switches", "changes"], words.get(at));
+        let article = usize::from(has(&ARTICLES, words.get(at + 2)));
+        let is_side = has(&["left", "right"], words.get(at + 2 + article));
+        let is_foot = has(&["foot", "leg"], words.get(at + 3 + article));
+        goes && has(&["to", "onto"], words.get(at + 1)) && is_side && is_foot
+    };
+    while let Some(at) = (0..words.len()).find(|at| swaps(&words, *at)) {
+        words.splice(at..at + 2, ["stand", "on"].map(String::from));
+    }
+    words
+}
+
+/// "A touch above shoulder height", "below the shoulders": some ten degrees more or less than level.
+fn about_the_shoulder(mut words: Vec<String>) -> Vec<String> {
+    const LITTLE: [&str; 7] = ["slightly", "just", "a", "bit", "touch", "little", "bring"];
+    let place = |words: &[String]| {
+        (1..words.len()).find_map(|at| {
+            let angle = match words[at].as_str() {
+                "above" => "105",
+                "below" => "75",
+                _ => return None,
+            };
+            let [begin, _] = piece_of(words, at);
+            let article = usize::from(has(&ARTICLES, words.get(at + 1)));
+            let is_shoulder = has(&["shoulder", "shoulders"], words.get(at + 1 + article));
+            let is_arm = words[begin..at].iter().any(|word| ARMS.contains(&word.as_str()));
+            let height = usize::from(has(&["height", "level"], words.get(at + 2 + article)));
+            let little = words[begin..at].iter().rev().take_while(|word| LITTLE.contains(&word.as_str())).count();
+            let is_near = little > 0 || height > 0;
+            (is_shoulder && is_arm && is_near).then_some((at - little, at + 2 + article + height, angle))
+        })
+    };
+    while let Some((begin, end, angle)) = place(&words) {
+        words.splice(begin..end, [angle.to_string(), "degrees".into()]);
+    }
+    words
+}
+
+/// Drops "and slightly behind" of a limb that goes another way.
+fn without_sling(mut words: Vec<String>) -> Vec<String> {
+    const WAYS: [&str; 6] = ["behind", "back", "forward", "up", "down", "out"];
+    let is_slight = |words: &[String], at: usize| {
+        let ends = words.get(at + 3).is_none_or(|word| JOINS.contains(&word.as_str()));
+        let [begin, _] = piece_of(words, at - 1);
+        let names = words[begin..at].iter().any(|word| ARMS.contains(&word.as_str()) || word == "leg");
+        words[at] == "and" && has(&["slightly"], words.get(at + 1)) && has(&WAYS, words.get(at + 2)) && ends && names
+    };
+    if let Some(at) = (1..words.len()).find(|at| is_slight(&words, *at)) {
+        words.drain(at..at + 3);
+    }
+    words
 }
 
 /// "Level with the floor", "until it is parallel to the ground": horizontal.
@@ -160,6 +279,19 @@ fn as_letters(mut words: Vec<String>) -> Vec<String> {
         _ => None,
     };
     let Some((at, way)) = (1..words.len()).find_map(|at| Some((at, letter(&words[at])?))) else { return words };
+    // "Make a T with your body" is one of arms, too.
+    if words.get(at + 1).is_some_and(|word| word == "rex") {
+        return words;
+    }
+    let body = words.get(at + 1..at + 4).is_some_and(|after| {
+        after[0] == "with" && has(&ARTICLES, Some(&after[1])) && has(&["body", "arms"], Some(&after[2]))
+    });
+    if body {
+        words.splice(at + 1..at + 4, []);
+        let makes = words[..at].iter().rposition(|word| word == "make" || word == "form").unwrap_or(at);
+        words.insert(makes, "arms".into());
+        return as_letters(words);
+    }
     if !words[..at].iter().any(|word| ARMS.contains(&word.as_str())) {
         return words;
     }
@@ -404,7 +536,7 @@ fn bent_to(mut words: Vec<String>) -> Vec<String> {
     let back = (verb..words.len().saturating_sub(3)).find(|at| {
         has(&["until", "till"], words.get(*at))
             && has(&["back", "body", "torso", "trunk"], words.get(at + 2))
-            && words[at + 3..].iter().take(2).any(|word| ["flat", "horizontal"].contains(&word.as_str()))
+            && words[at + 3..].iter().take(4).any(|word| ["flat", "horizontal"].contains(&word.as_str()))
     });
     if let Some(at) = back {
         let [_, end] = piece_of(&words, at);
@@ -415,13 +547,17 @@ fn bent_to(mut words: Vec<String>) -> Vec<String> {
 
 /// Drops "arms hanging" beside an action.
 fn hanging_beside(mut words: Vec<String>) -> Vec<String> {
-    const HANG: [&str; 8] = ["hanging", "dangling", "loose", "loosely", "down", "relaxed", "limp", "straight"];
+    const HANG: [&str; 10] =
+        ["hanging", "dangling", "hang", "dangle", "loose", "loosely", "down", "relaxed", "limp", "straight"];
     let is_hung = |words: &[String], at: usize| {
         let [begin, end] = piece_of(words, at);
-        let opens =
-            words[begin..at].iter().all(|word| has(&ARTICLES, Some(word)) || has(&["left", "right"], Some(word)));
-        let rest = &words[at + 1..end];
-        let hangs = rest.iter().any(|word| ["hanging", "dangling"].contains(&word.as_str()));
+        let opens = words[begin..at]
+            .iter()
+            .all(|word| has(&ARTICLES, Some(word)) || has(&["left", "right", "let"], Some(word)));
+        // "Let both arms hang down like wet noodles".
+        let like = words[at..end].iter().position(|word| word == "like").map_or(end, |like| at + like);
+        let rest = &words[at + 1..like];
+        let hangs = rest.iter().any(|word| ["hanging", "dangling", "hang", "dangle"].contains(&word.as_str()));
         begin > 0 && opens && hangs && rest.iter().all(|word| HANG.contains(&word.as_str()))
     };
     if let Some(at) = (1..words.len()).find(|at| has(&ARMS, words.get(*at)) && is_hung(&words, *at)) {
@@ -485,6 +621,17 @@ mod tests {
             ("bring the hand from your side up to your chest", "bring the hand up to your chest"),
             ("elbows high, hands hanging down", "elbows high , forearms hanging down"),
             ("go back to the kitchen", "go back to the kitchen"),
+            (
+                "right shoulder flexion 90 degrees, elbow fully extended",
+                "right arm forward 90 degrees , elbow straight",
+            ),
+            ("abduct both arms to 45 degrees", "both arms to the side 45 degrees"),
+            ("flex your elbows to 90 degrees", "your elbows bent 90 degrees"),
+            ("swap to the right foot", "stand on the right foot"),
+            ("right arm forward a touch above shoulder height", "right arm forward 105 degrees"),
+            ("left arm to the side and slightly behind", "left arm to the side"),
+            ("bend forward until your back is about flat, let both arms hang down", "bend forward deeply"),
+            ("make a T with your body", "arms out to the sides"),
         ] {
             assert_eq!(normal(text).join(" "), plain, "{text}");
         }

@@ -26,8 +26,18 @@ const STANDING: [&str; 13] = [
 ];
 
 /// Movements of the body on the spot that go on, and low poses.
-const SWAYING: [&str; 9] =
-    ["balance", "sway", "bounce", "shift_weight", "hip_circles", "step_touch", "hold_squat", "kneel", "crouch"];
+const SWAYING: [&str; 10] = [
+    "twist",
+    "balance",
+    "sway",
+    "bounce",
+    "shift_weight",
+    "hip_circles",
+    "step_touch",
+    "hold_squat",
+    "kneel",
+    "crouch",
+];
 /// Repetitions of "some squats".
 const SOME: u32 = 3;
 
@@ -41,7 +51,7 @@ impl Reader<'_> {
             words.insert(at, ",".into());
         }
         // "Walk backwards shaking your head".
-        const OBJECTS: [&str; 9] = ["your", "the", "his", "her", "both", "left", "right", "one", "its"];
+        const OBJECTS: [&str; 11] = ["a", "an", "your", "the", "his", "her", "both", "left", "right", "one", "its"];
         const WAYS: [&str; 15] = [
             "forward",
             "forwards",
@@ -59,10 +69,12 @@ impl Reader<'_> {
             "out",
             "on",
         ];
+        const LOOKS: [&str; 4] = ["looking", "glancing", "gazing", "peeking"];
         let is_along = |at: &usize| {
+            let looks = LOOKS.contains(&words[*at].as_str());
             is_participle(&words[*at])
                 && self.phrases.is_main_verb(&words[*at])
-                && words.get(at + 1).is_some_and(|word| OBJECTS.contains(&word.as_str()))
+                && (looks || words.get(at + 1).is_some_and(|word| OBJECTS.contains(&word.as_str())))
                 && WAYS.contains(&words[at - 1].as_str())
         };
         if let Some(at) = (1..words.len()).find(is_along) {

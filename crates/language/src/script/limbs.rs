@@ -54,6 +54,10 @@ pub(super) fn is_above((upper, above): (&Verb, &Action), (lower, below): (&Verb,
         (Acts::Head, _) => true,
         (Acts::Hand | Acts::Hands, Acts::Feet | Acts::Foot | Acts::Body) => stands(upper),
         (Acts::Hand, Acts::Hand) => stands(upper) && above.side != below.side,
+        // "One arm circles forward, the other one backward".
+        (Acts::Hands, Acts::Hands) => {
+            matches!((above.side, below.side), (Some(one), Some(other)) if one.mirrored() == other && one != Side::Both)
+        }
         // "One arm circles, the other hand on the hip".
         (Acts::Hand, Acts::Hands) if matches!(below.side, Some(Side::Left | Side::Right)) => {
             stands(upper) && above.side != below.side

@@ -6,6 +6,7 @@
 //! nothing to it are kept and reported.
 
 mod again;
+mod asides;
 mod beside;
 mod edited;
 mod geometry;

@@ -1,12 +1,38 @@
 //! Roundabout phrases of people, in the words that rules read.
 
+use super::asides::{without_asides, without_what_stays};
 use super::geometry::plain_geometry;
 use super::said::number;
 use super::split::is_participle;
 
 /// Phrases and plainer ones; an empty one says nothing.
-const PLAIN: [(&str, &str); 114] = [
-    ("walk in reverse", "walk backwards"),
+const PLAIN: [(&str, &str); 139] = [
+    ("of course", ""),
+    ("good luck", ""),
+    ("and done", ""),
+    ("and thats it", ""),
+    (", any one", ""),
+    (", both long", ""),
+    (", step together", ""),
+    ("to meet it", ""),
+    (", same time", ", at the same time"),
+    ("or as near as you can", ""),
+    ("or as close as you can", ""),
+    ("elbows locked", "elbows straight"),
+    ("locked elbows", "straight elbows"),
+    ("knees locked", "knees straight"),
+    ("thigh is flat", "thigh is horizontal"),
+    ("the small of your back", "your lower back"),
+    ("the small of the back", "the lower back"),
+    ("the small of it", "the lower back"),
+    ("level with shoulders", "at shoulder height"),
+    ("cactus arms", "upper arms out to the sides , forearms up"),
+    ("goalpost arms", "upper arms out to the sides , forearms up"),
+    ("in reverse", "backwards"),
+    ("turn around complete", "turn around 360 degrees"),
+    ("turn around completely", "turn around 360 degrees"),
+    ("facing the way you started", "turn around"),
+    ("facing the way you began", "turn around"),
     ("watch out ,", ""),
     ("why dont you", ""),
     ("why dont we", ""),
@@ -140,14 +166,15 @@ const ENDS: [&str; 5] = [",", "|", "and", "then", "again"];
 /// Returns words in a plainer form.
 pub(super) fn plainly(mut words: Vec<String>) -> Vec<String> {
     words.retain(|word| word != "also");
+    words = without_what_stays(words);
     for (said, plain) in PLAIN {
         let said = split(said);
         while let Some(at) = place(&words, &said) {
             words.splice(at..at + said.len(), split(plain));
         }
     }
-    words = plain_geometry(without_reasons(without_who(words)));
-    words = count_of_seconds(counted_seconds(words));
+    words = plain_geometry(without_reasons(without_who(without_asides(words))));
+    words = within_seconds(count_of_seconds(counted_seconds(words)));
     words = kept_as_it_is(words);
     words = with_hanging_arms(words);
     words = brought_back(words);
@@ -227,8 +254,13 @@ fn without_reasons(words: Vec<String>) -> Vec<String> {
 /// "For as long as it takes to count to five", "and count to five": five seconds.
 fn counted_seconds(mut words: Vec<String>) -> Vec<String> {
     const BEFORE: [&str; 11] = ["for", "as", "long", "it", "takes", "to", "you", "while", "slowly", "and", ","];
+    const QUIETLY: [&str; 5] = ["silently", "quietly", "slowly", "inwardly", "internally"];
+    let counts = |word: &String| ["count", "counts", "counting"].contains(&word.as_str());
+    // "Count silently to two".
+    let quiet = words.windows(2).position(|two| counts(&two[0]) && QUIETLY.contains(&two[1].as_str()));
+    quiet.map(|at| words.remove(at + 1));
     let is_count = |words: &[String], at: usize| {
-        let counts = ["count", "counts", "counting"].contains(&words[at].as_str());
+        let counts = counts(&words[at]);
         counts
             && words.get(at + 1).is_some_and(|word| word == "to")
             && words.get(at + 2).and_then(|n| number(n)).is_some()
@@ -260,6 +292,18 @@ fn count_of_seconds(mut words: Vec<String>) -> Vec<String> {
     while let Some(at) = words.windows(4).position(is_count) {
         words.insert(at + 4, "seconds".into());
         words.drain(at..at + 3);
+    }
+    words
+}
+
+/// "Lift an arm, over six seconds": the time of the lift.
+fn within_seconds(mut words: Vec<String>) -> Vec<String> {
+    let is_time = |four: &[String]| {
+        let within = ["over", "within", "in"].contains(&four[1].as_str());
+        four[0] == "," && within && number(&four[2]).is_some() && four[3] == "seconds"
+    };
+    while let Some(at) = words.windows(4).position(is_time) {
+        words.remove(at);
     }
     words
 }

@@ -132,8 +132,10 @@ impl<'a> Reader<'a> {
                 let only_counts = piece.words.len() == 1 + said.used.len() && said.count.is_some();
                 if let Some(last) = script.clauses.last_mut().filter(|_| only_counts) {
                     let plain = Action { count: None, ..action.clone() };
-                    if last.actions == [plain] {
-                        (last.actions, last.seconds) = (vec![action], said.seconds);
+                    // "Squat and raise your arms together, six times", too.
+                    if let Some(same) = last.actions.iter_mut().find(|one| **one == plain) {
+                        last.times = if action.count.is_none() { times } else { last.times };
+                        (*same, last.seconds) = (action, said.seconds);
                         return;
                     }
                 }
@@ -620,9 +622,10 @@ impl<'a> Reader<'a> {
             ("jump_forward", true) => "jump_backward",
             ("jump_forward", false) => "jump_sideways",
             ("step_forward", true) => "step_back",
-            ("walk" | "run" | "jog_forward" | "small_steps" | "big_steps" | "sneak" | "walk_tired", true) => {
-                "walk_backward"
-            }
+            (
+                "walk" | "run" | "jog_forward" | "small_steps" | "big_steps" | "sneak" | "walk_tired" | "march_forward",
+                true,
+            ) => "walk_backward",
             ("walk" | "run" | "jog_forward" | "small_steps" | "big_steps" | "step_forward" | "sneak", false) => {
                 "walk_sideways"
             }

@@ -11,9 +11,10 @@ use super::reader::{Before, MOST_WITHIN, Piece, Reader};
 use super::said::said;
 use super::situations::Reaction;
 use super::spelling::spelt;
-use super::split::{Join, normal, pieces};
+use super::split::{Join, is_participle, normal, pieces};
 use super::{Clause, Impossible, Script};
 use crate::grammar::Acts;
+use crate::posture::Posture;
 
 /// Certainty from which the network is followed where rules leave words over, and where they do not. Chosen on sentences
 /// that the network was not trained on (`docs/results/language.md`).
@@ -28,7 +29,9 @@ const CERTAIN: f64 = 0.6;
 /// Certainty below which a reading by the network does not divide a row of actions otherwise than phrases do: where they
 /// leave no words over, and where they do.
 const ROW: f64 = 0.55;
-const ROW_OPEN: f64 = 0.3;
+const ROW_OPEN: f64 = 0.2;
+/// Certainty from which the network's action is neither a situation nor a posture.
+const VERY_SURE: f64 = 0.8;
 /// Probability from which an action is named for words that were not understood.
 const NAMED: f64 = 0.1;
 
@@ -99,10 +102,12 @@ impl Reader<'_> {
         if script.clauses.iter().any(Clause::is_only_postures) {
             return script;
         }
-        let found = overlaid(&self.phrases, text).filter(|(_, posture)| {
-            !has_pair(&script) || is_guess() && (posture.touches.is_some() || self.certainty(text) < SURE)
+        let found = overlaid(&self.phrases, text).filter(|(_, posture, is_detailed)| {
+            !has_pair(&script)
+                || *is_detailed
+                || is_guess() && (posture.touches.is_some() || self.certainty(text) < SURE)
         });
-        let Some((rest, posture)) = found else { return script };
+        let Some((rest, posture, _)) = found else { return script };
         if is_open(&self.read_within(&rest, MOST_WITHIN)) {
             return script;
         }
@@ -165,19 +170,29 @@ impl Reader<'_> {
     fn read_actions(&self, text: &str) -> Script {
         let mut rules = self.read_within(text, MOST_WITHIN);
         let understood = |text: &str| !is_open(&self.read_within(text, MOST_WITHIN));
-        if let Some(segments) = segments(&self.phrases, text, is_open(&rules), understood) {
+        let ByNetwork { script: network, certainty, asking } = self.read_by_network(text);
+        let names_one = certainty >= VERY_SURE && names_one_action(&network);
+        let segments = segments(&self.phrases, text, is_open(&rules), understood);
+        let agrees = !is_open(&rules) && verbs(&rules) == verbs(&network);
+        let is_named = |segments: &Vec<Segment>| names_one && is_one_posture(segments, text, agrees);
+        if let Some(segments) = segments.filter(|segments| !is_named(segments)) {
             return self.read_segments(text, segments);
         }
-        let ByNetwork { script: network, certainty, asking } = self.read_by_network(text);
         let says_little = is_open(&rules) || verbs(&rules) == ["stand"];
-        let is_one = rules.clauses.len() <= 1 && network.clauses.len() <= 2;
+        let is_one = |one: &Reaction<'_>| {
+            let is_clear = one.is_clear && is_open(&rules) && certainty < SURE;
+            is_clear || rules.clauses.len() <= 1 && network.clauses.len() <= 2
+        };
         // "Walk tired, as after a long day" asks for a walk; "someone throws a ball at you" for none.
         let words = normal(text);
-        let asks = !rules.clauses.is_empty() && words.first().is_some_and(|word| self.phrases.is_main_verb(word));
-        let happens = words.first().is_some_and(|word| ["someone", "somebody"].contains(&word.as_str()))
-            && words.iter().any(|word| word == "you" || word == "your");
+        let begins = |(_, part): &(Join, Vec<String>)| self.phrases.is_main_verb(&part[0]) && !is_participle(&part[0]);
+        let asks = !rules.clauses.is_empty() && pieces(&words).iter().any(begins);
+        let happens =
+            words.first().is_some_and(|word| ["someone", "somebody", "its", "theres"].contains(&word.as_str()))
+                && words.iter().any(|word| ["you", "your", "u", "ur"].contains(&word.as_str()));
         let fits = |one: &Reaction<'_>| {
-            !asks && (says_little || happens) && is_one && (one.is_clear || happens || certainty < SURE)
+            let is_told = one.is_clear && !names_one || happens || certainty < SURE;
+            !asks && (says_little || happens) && is_one(one) && is_told
         };
         if let Some(reaction) = self.reaction(text).filter(fits) {
             let note = format!("read as a situation: {}", reaction.means);
@@ -305,8 +320,9 @@ impl Reader<'_> {
         let mut script = Script::default();
         let words = spelt(&self.phrases, normal(text), &mut script.notes);
         let words = without_negations(words, &mut script.notes);
-        let steps = words.iter().any(|word| word == "step");
-        let words = self.opened(if steps { self.counted_words(words) } else { words });
+        // "Step left", "nod nod nod".
+        let counts = words.iter().any(|word| word == "step") || words.windows(2).any(|two| two[0] == two[1]);
+        let words = self.opened(if counts { self.counted_words(words) } else { words });
         let stretches = self.learned.read(&words);
         let certainty = stretches.iter().map(|one| one.certainty).reduce(f64::min).unwrap_or(0.0);
         let asking = stretches.iter().flat_map(|one| one.words.iter().cloned()).collect();
@@ -315,6 +331,12 @@ impl Reader<'_> {
             match taken {
                 // The network cannot name a verb that is newer than it; a phrase that says every word does.
                 _ if let Some(fit) = self.whole(&words).filter(|fit| self.is_of_newer(fit)) => {
+                    self.perform(&mut script, &Piece { join, words, fit: Some(fit) }, &mut before, MOST_WITHIN);
+                }
+                // So is one that the network only guesses.
+                _ if certainty < SURE
+                    && let Some(fit) = self.said_by_phrase(&words) =>
+                {
                     self.perform(&mut script, &Piece { join, words, fit: Some(fit) }, &mut before, MOST_WITHIN);
                 }
                 Taken::For(meaning) => {
@@ -355,6 +377,15 @@ impl Reader<'_> {
         self.fit(words).filter(|fit| is_action(fit) && self.explains(fit, words))
     }
 
+    /// Returns the phrase of a verb that explains all words but adverbs, sides and numbers.
+    fn said_by_phrase(&self, words: &[String]) -> Option<Fit> {
+        let said = said(words);
+        let rest: Vec<String> = words.iter().filter(|word| !said.used.contains(word)).cloned().collect();
+        self.fit(words).filter(|fit| {
+            !matches!(fit.meaning, Meaning::Instead(_)) && fit.has_verb && rest.len() > 1 && self.explains(fit, &rest)
+        })
+    }
+
     /// Returns whether a phrase explains all words.
     fn explains(&self, fit: &Fit, words: &[String]) -> bool {
         const NOTHING: [&str; 11] = ["a", "an", "the", "your", "you", "please", "his", "her", "their", "times", "time"];
@@ -376,6 +407,23 @@ impl Reader<'_> {
             Meaning::Instead(_) => String::new(),
         }
     }
+}
+
+/// Returns whether a script is one action that a verb names.
+fn names_one_action(script: &Script) -> bool {
+    let is_one =
+        matches!(&script.clauses[..], [clause] if clause.actions.len() == 1 && clause.actions[0].verb != "stand");
+    is_one && script.unknown.is_empty() && script.impossible.is_empty()
+}
+
+/// Returns whether a sentence is one posture of arms without an angle, which a verb may name as well. If rules and network
+/// do not agree on the verb, that is only a sentence of one piece.
+fn is_one_posture(segments: &[Segment], text: &str, agrees: bool) -> bool {
+    let [Segment::Postures(clause)] = segments else { return false };
+    let is_plain = |posture: &Posture| posture.moves_only_arms() && !posture.is_combined();
+    let words = normal(text);
+    let is_one = matches!(&clause.postures[..], [posture] if is_plain(posture));
+    is_one && (agrees || pieces(&words).len() == 1) && !words.iter().any(|word| word == "degrees")
 }
 
 /// Returns what stands before "repeat it twice" at the end of a sentence, and how often it is repeated.

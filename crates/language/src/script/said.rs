@@ -282,7 +282,8 @@ fn adverb(out: &mut Said, word: &str) -> bool {
         }
         "unsure" | "uncertain" | "uncertainly" | "hesitant" | "hesitantly" | "hesitating" | "doubtfully"
         | "doubtful" | "indecisive" | "unconvinced" => out.speed = out.speed.or(Some(Speed::Slow)),
-        "gusto" | "vigorously" | "heartily" | "forcefully" | "powerfully" | "vigorous" | "hard" | "harder" => {
+        "gusto" | "vigorously" | "heartily" | "forcefully" | "powerfully" | "vigorous" | "hard" | "harder"
+        | "eagerly" | "eager" => {
             out.speed = out.speed.or(Some(Speed::Fast));
         }
         _ => {}
@@ -292,19 +293,23 @@ fn adverb(out: &mut Said, word: &str) -> bool {
         | "lazily" | "amble" | "ambles" | "ambling" | "saunter" | "saunters" | "sauntering" | "stroll" | "strolls"
         | "strolling" | "dawdle" | "dawdles" | "dawdling" | "mosey" | "gingerly" | "patiently" | "serenely"
         | "carefully" | "careful" | "solemnly" | "solemnity" | "solemn" | "ceremoniously" | "reverently"
-        | "respectfully" | "smoothly" | "relaxed" | "casually" | "thoughtfully" | "chill" | "struggling" | "lazy" => {
+        | "respectfully" | "smoothly" | "relaxed" | "casually" | "thoughtfully" | "chill" | "struggling" | "lazy"
+        | "unhurried" | "dreamy" | "legato" | "mellow" | "flowing" | "stately" => {
             out.speed = Some(Speed::Slow);
         }
         "quickly" | "fast" | "rapidly" | "briskly" | "hastily" | "swiftly" | "quick" | "hurriedly" | "speedily"
         | "faster" | "brisk" | "rapid" | "hurry" | "frantically" | "wildly" | "energetic" | "scurry" | "scurries"
         | "scurrying" | "scamper" | "scampers" | "scampering" | "hustle" | "hustles" | "hustling" | "rush"
-        | "rushes" | "rushing" | "snappy" | "abruptly" | "suddenly" | "sharply" | "urgently" | "hasty" | "panic"
-        | "panicky" | "surprised" | "startled" => out.speed = Some(Speed::Fast),
+        | "rushes" | "rushing" | "snappy" | "abruptly" | "suddenly" | "sharply" | "urgently" | "hasty" | "sharp"
+        | "crisp" | "crisply" | "jerky" | "jerkily" | "jerking" | "brusque" | "brusquely" | "zippy" | "frantic"
+        | "hectic" | "feverishly" | "explosively" | "panic" | "panicky" | "surprised" | "startled" => {
+            out.speed = Some(Speed::Fast)
+        }
         "widely" | "wide" | "wider" | "large" | "larger" | "big" | "bigger" | "huge" | "giant" | "gigantic"
         | "enormous" | "massive" | "vigorous" | "exaggerated" | "broadly" | "deeply" | "deep" | "far"
         | "expansively" | "hugely" | "vigorously" | "generously" | "dramatically" | "gusto" | "sarcastically"
         | "sarcastic" | "ironically" | "mockingly" | "heartily" | "forcefully" | "theatrically" | "powerfully"
-        | "hard" | "harder" => out.size = Some(Size::Big),
+        | "hard" | "harder" | "deeper" => out.size = Some(Size::Big),
         "slightly" | "gently" | "gentle" | "tenderly" | "softly" | "lightly" | "delicately" | "smaller" | "shorter"
         | "faintly" | "coldly" | "stiffly" | "discreetly" | "small" | "tiny" | "barely" | "subtly" | "little"
         | "modestly" | "short" | "subtle" => {
@@ -318,21 +323,26 @@ fn adverb(out: &mut Said, word: &str) -> bool {
         }
         "proudly" | "proud" | "confidently" | "haughtily" | "triumphantly" | "confident" | "arrogantly"
         | "arrogant" | "smugly" | "smug" | "cocky" | "pride" | "majestically" | "regally" | "pompously" | "boldly"
-        | "swagger" | "swaggers" | "swaggering" | "triumphant" | "dignified" | "dignity" => {
+        | "swagger" | "swaggers" | "swaggering" | "triumphant" | "dignified" | "dignity" | "bossy" | "bossily"
+        | "sassy" | "sassily" | "haughty" | "snooty" | "defiantly" | "defiant" | "commandingly" | "authoritatively"
+        | "nobly" => {
             out.mood = Some(Mood::Proud);
         }
         "angrily" | "angry" | "furiously" | "furious" | "aggressively" | "aggressive" | "fiercely" | "madly"
         | "mad" | "annoyed" | "irritably" | "violently" | "rage" | "anger" | "grumpy" | "grumpily" | "frustrated"
-        | "fury" | "enraged" | "crossly" | "livid" | "impatiently" => out.mood = Some(Mood::Angry),
+        | "fury" | "enraged" | "irate" | "menacingly" | "menacing" | "threateningly" | "resentfully" | "hostile"
+        | "sternly" | "stern" | "fuming" | "crossly" | "livid" | "impatiently" => out.mood = Some(Mood::Angry),
         "happily" | "happy" | "joyfully" | "joyful" | "cheerfully" | "cheerful" | "excitedly" | "excited"
         | "enthusiastically" | "enthusiastic" | "merrily" | "gleefully" | "delighted" | "playfully" | "playful"
         | "energetically" | "lively" | "mischievously" | "mischievous" | "cheekily" | "cheeky" | "joy" | "joyous"
         | "joyously" | "glee" | "delight" | "enthusiasm" | "ecstatic" | "ecstatically" | "thrilled" | "elated"
-        | "overjoyed" | "bouncy" | "bubbly" | "jolly" | "upbeat" | "cheery" | "excitement" | "happiness"
-        | "lightheartedly" => out.mood = Some(Mood::Happy),
+        | "overjoyed" | "bouncy" | "bubbly" | "jolly" | "upbeat" | "eagerly" | "eager" | "perky" | "peppy"
+        | "jaunty" | "jauntily" | "chirpy" | "giddy" | "giddily" | "frisky" | "exuberantly" | "exuberant"
+        | "zestfully" | "cheery" | "excitement" | "happiness" | "lightheartedly" => out.mood = Some(Mood::Happy),
         "tiredly" | "tired" | "wearily" | "weary" | "exhausted" | "exhaustedly" | "sleepily" | "sleepy"
         | "drowsily" | "fatigued" | "listlessly" | "halfheartedly" | "halfhearted" | "reluctantly" | "bored"
-        | "unenthusiastically" | "limply" | "lethargically" | "exhaustion" | "apathetically" | "grudgingly" => {
+        | "unenthusiastically" | "limply" | "lethargically" | "lethargic" | "languidly" | "languid" | "groggily"
+        | "groggy" | "sluggish" | "droopy" | "drained" | "exhaustion" | "apathetically" | "grudgingly" => {
             out.mood = Some(Mood::Tired)
         }
         "elegantly" | "elegant" | "elegance" | "gracefully" | "graceful" | "grace" | "fluidly" | "daintily" => {
@@ -343,7 +353,8 @@ fn adverb(out: &mut Said, word: &str) -> bool {
         | "fearfully" | "afraid" | "scared" | "nervously" | "nervous" | "timidly" | "timid" | "anxiously"
         | "anxious" | "frightened" | "shyly" | "shy" | "hesitantly" | "terrified" | "suspicious" | "suspiciously"
         | "warily" | "cautiously" | "cautious" | "sheepishly" | "embarrassed" | "awkwardly" | "worried" | "fear"
-        | "insecurely" | "bashfully" | "uneasily" | "tentatively" => out.mood = Some(Mood::Afraid),
+        | "insecurely" | "jittery" | "twitchy" | "edgy" | "jumpy" | "coyly" | "apprehensively" | "furtively"
+        | "bashfully" | "uneasily" | "tentatively" => out.mood = Some(Mood::Afraid),
         _ => return false,
     }
     true

@@ -82,7 +82,7 @@ const LIMBS: [&str; 14] =
     ["hand", "arm", "leg", "foot", "feet", "knee", "elbow", "palm", "heel", "toe", "finger", "fist", "them", "it"];
 
 /// Words that join, as they are in normal text; longer ones first.
-const JOINS: [(&str, Join); 63] = [
+const JOINS: [(&str, Join); 66] = [
     ("and at the same time", Join::While),
     ("while at the same time", Join::While),
     ("at the same time", Join::While),
@@ -101,6 +101,7 @@ const JOINS: [(&str, Join); 63] = [
     ("as she", Join::While),
     ("as it", Join::While),
     ("as they", Join::While),
+    ("as both", Join::While),
     ("as you", Join::While),
     ("as the", Join::While),
     ("as his", Join::While),
@@ -112,6 +113,8 @@ const JOINS: [(&str, Join); 63] = [
     ("to finish", Join::Then),
     ("finish with", Join::Then),
     ("end with", Join::Then),
+    ("finish by", Join::Then),
+    ("end by", Join::Then),
     ("finishing with", Join::Then),
     ("ending with", Join::Then),
     ("but then", Join::Then),
@@ -152,7 +155,7 @@ const JOINS: [(&str, Join); 63] = [
 pub(super) fn normal(text: &str) -> Vec<String> {
     let mut out = String::new();
     let mut before = ' ';
-    for c in with_plain_numbers(&without_list_numbers(without_title(&text.to_lowercase()))).chars() {
+    for c in with_plain_numbers(&without_list_numbers(without_title(&without_alternatives(text)))).chars() {
         match c {
             '.' | ';' | '!' | '?' | ':' => {
                 // A point between digits is part of the number.
@@ -191,7 +194,7 @@ pub(super) fn normal(text: &str) -> Vec<String> {
             words.splice(at..at + said.len(), [one.to_string()]);
         }
     }
-    let mut words = with_manners(words);
+    let mut words = with_manners(likened(words));
     // "The same time" is no unit.
     for at in 1..words.len() {
         if words[at - 1] == "same" && words[at] == "times" {
@@ -206,11 +209,41 @@ pub(super) fn normal(text: &str) -> Vec<String> {
 
 /// Returns a list without its title: "warm up: circle the arms, squat, bow".
 fn without_title(text: &str) -> &str {
+    const SIDES: [&str; 5] = ["left", "right", "both", "the", "your"];
+    const POSES: [&str; 9] = ["pose", "position", "stance", "posture", "thing", "move", "exercise", "arms", "combo"];
     let Some((title, list)) = text.split_once(": ") else { return text };
     let words: Vec<&str> = title.split_whitespace().collect();
-    let is_limb = |word: &&str| LIMBS.contains(&word.trim_end_matches('s')) || ["left", "right", "both"].contains(word);
-    let is_title = words.len() < 3 && !words.iter().any(is_limb) && list.matches([',', '.']).count() > 1;
+    let is_limb = |word: &&str| LIMBS.contains(&word.trim_end_matches('s')) || SIDES.contains(word);
+    // "Arabesque arms" is a title, "left arm" is none.
+    let is_name = !words.iter().any(is_limb) || !words.iter().all(is_limb) && !words.iter().any(|w| SIDES.contains(w));
+    let is_pose = words.last().is_some_and(|word| POSES.contains(word));
+    let is_title = words.len() < 4 && is_name && list.matches([',', '.']).count() > usize::from(!is_pose);
     if is_title { list } else { text }
+}
+
+/// Returns small letters without what may be done as well: "touch your toes (or get close)".
+fn without_alternatives(text: &str) -> String {
+    let mut text = text.to_lowercase();
+    while let Some(begin) = text.find("(or ") {
+        let Some(length) = text[begin..].find(')') else { break };
+        text.replace_range(begin..=begin + length, "");
+    }
+    text
+}
+
+/// "Nod!! like a child": the sentence goes on.
+fn likened(words: Vec<String>) -> Vec<String> {
+    let mut out: Vec<String> = Vec::with_capacity(words.len());
+    for (at, word) in words.iter().enumerate() {
+        let next = words.get(at + 1).map_or("", String::as_str);
+        if word == "like" && !["this", "that", "so", ","].contains(&next) {
+            while out.len() > 1 && out.last().is_some_and(|last| last == "|") {
+                out.pop();
+            }
+        }
+        out.push(word.clone());
+    }
+    out
 }
 
 /// Returns text with the numbers of a list as full stops: "1. squat 2) jump". A list has a first and a second item.
@@ -258,7 +291,7 @@ const ONE_WORD: [(&str, &str); 28] = [
 ];
 
 /// Openings that ask for what follows, longer ones first.
-const FRAMES: [&str; 21] = [
+const FRAMES: [&str; 27] = [
     "i want that you",
     "can you show me how to",
     "could you show me how to",
@@ -280,6 +313,12 @@ const FRAMES: [&str; 21] = [
     "let me see",
     "how about",
     "what about",
+    "gimme a",
+    "gimme some",
+    "i want the",
+    "i want your",
+    "i need the",
+    "i need your",
 ];
 
 /// Returns words without the polite frame around them: "can you show me a kick", "walk until I say stop".
@@ -305,6 +344,10 @@ fn without_frame(words: &[String]) -> Vec<String> {
     rest
 }
 
+/// Actions as things: "kick after a bow".
+const DEEDS: [&str; 12] =
+    ["breath", "bow", "jump", "nod", "squat", "spin", "twirl", "clap", "salute", "pause", "curtsy", "stretch"];
+
 /// Returns pieces with what joins each to the one before; the first is joined by `Then`. "After A, B" is A, then B.
 pub(super) fn pieces(words: &[String]) -> Vec<(Join, Vec<String>)> {
     let mut all: Vec<(Join, Vec<String>)> = vec![(Join::Then, Vec::new())];
@@ -329,7 +372,8 @@ pub(super) fn pieces(words: &[String]) -> Vec<(Join, Vec<String>)> {
             all.push((Join::While, Vec::new()));
         }
         let opens = |w: &String| is_participle(w) || ["you", "he", "she", "it", "they"].contains(&w.as_str());
-        if words[at] == "after" && (at == 0 || words.get(at + 1).is_some_and(opens)) {
+        let is_deed = words[at..].iter().skip(1).take(3).any(|word| DEEDS.contains(&word.as_str()));
+        if words[at] == "after" && (at == 0 || is_deed || words.get(at + 1).is_some_and(opens)) {
             // What stands after it is done first.
             swapped = at > 0;
             if swapped {

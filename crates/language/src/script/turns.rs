@@ -52,6 +52,7 @@ impl Reader<'_> {
     pub(super) fn both_ways<'v>(&'v self, verb: &'v Verb, said: &Said) -> &'v Verb {
         let both = match verb.name.as_str() {
             "look_aside" if said.side == Some(Side::Both) => "look_around",
+            "twist_aside" if said.side == Some(Side::Both) && said.degrees.is_none() => "twist",
             "walk_sideways" if said.alternates => "step_touch",
             _ => return verb,
         };

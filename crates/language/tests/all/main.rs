@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod free_words;
 mod grammar;
 mod humanml3d;
 mod said;

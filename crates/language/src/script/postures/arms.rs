@@ -116,6 +116,13 @@ fn at_a_place(piece: &Words<'_>, context: &Context, side: Side) -> Option<Placed
     if let Some(face) = at_the_face(piece).filter(|_| !piece.has(&["together"])) {
         return Some(face);
     }
+    // "Forearms up, hands near the chin": as they are.
+    let is_near = piece.has(&["near", "by", "beside", "at", "under"]) && piece.has(&["chin", "face", "cheeks"]);
+    let held =
+        context.before.left_arm.filter(|arm| arm.elbow > 60.0 && context.before.left_arm == context.before.right_arm);
+    if let Some(arm) = held.filter(|_| both && is_near && !piece.has(&["height", "level"])) {
+        return Some((arm, None, true));
+    }
     // "The right knee up, the left hand touching it".
     let lifted = |foot: Option<Foot>| foot.is_some_and(|foot| foot.height > 0.0);
     let knee = [(Side::Left, context.before.left_foot), (Side::Right, context.before.right_foot)];
@@ -170,21 +177,24 @@ fn at_a_place(piece: &Words<'_>, context: &Context, side: Side) -> Option<Placed
     if piece.has(&["ear", "ears"]) && !piece.has(&["above", "straight"]) && (both || !piece.has(&["over"])) {
         return Some((place(95.0, 40.0, 30.0, 135.0), Some(Touch::Ear), true));
     }
-    let is_low = piece.has_row(&["lower", "back"]) || on && piece.has(&["back"]) && !piece.has(&["bring", "put"]);
+    // "At shoulder level so the hand is by the shoulder".
+    let twice = piece.words.iter().filter(|word| word.starts_with("shoulder")).count() > 1;
+    let is_low =
+        piece.has_row(&["lower", "back"]) || on && piece.has(&["back"]) && !piece.has(&["bring", "put", "pull"]);
     if is_low && !piece.has(&["head"]) {
         return Some((place(-60.0, 6.0, 49.0, 81.0), Some(Touch::Back), false));
     }
     if piece.has_row(&["behind", "your", "back"]) || piece.has_row(&["behind", "the", "back"]) {
         return Some((place(-60.0, 6.0, 49.0, 81.0), Some(Touch::Back), false));
     }
-    let is_across = piece.has(&["across"]) && piece.has(&["belly", "stomach", "body", "waist"]);
-    if is_across || on && piece.has(&["belly", "stomach"]) {
+    let is_across = piece.has(&["across"]) && piece.has(&["belly", "stomach", "tummy", "body", "waist"]);
+    if is_across || on && piece.has(&["belly", "stomach", "tummy"]) {
         return Some((place(14.0, -14.0, 62.0, 88.0), Some(Touch::Belly), true));
     }
     if (on || piece.has(&["across"])) && piece.has(&["chest"]) && !is_level && !piece.has(&["front"]) {
         return Some((place(42.0, -20.0, 65.0, 86.0), Some(Touch::Chest), false));
     }
-    if on && piece.has(&["shoulder", "shoulders"]) && !is_level || crosses && !both {
+    if on && piece.has(&["shoulder", "shoulders"]) && (!is_level || twice) || crosses && !both {
         let is_far = piece.has(&["other", "far", "opposite"]);
         let crosses = crosses || is_far || piece.said.sides[2].is_some_and(|other| other != side);
         return match crosses && !both {
@@ -196,18 +206,27 @@ fn at_a_place(piece: &Words<'_>, context: &Context, side: Side) -> Option<Placed
         return Some((place(50.0, -10.0, 40.0, 90.0), None, true));
     }
     // "The right arm, the left arm, then both together".
-    if piece.has(&["together"]) && both && !piece.names_limb() && !piece.has(&["them", "over", "overhead", "above"]) {
+    let lowers = piece.has(&["lower", "drop", "down"]);
+    if piece.has(&["together"])
+        && both
+        && !lowers
+        && !piece.names_limb()
+        && !piece.has(&["them", "over", "overhead", "above"])
+    {
         return Some((place(UP, 8.0, 0.0, 6.0), None, false));
     }
     // "Hands in front of the chest": with elbows that point down, or out.
     let is_before_chest = ["chest", "heart"]
         .into_iter()
         .any(|part| piece.has_row(&["of", "your", part]) || piece.has_row(&["of", "the", part]));
+    if is_before_chest && piece.has(&ELBOWS) && piece.has(&["touching", "together"]) {
+        return Some((place(80.0, -12.0, 0.0, 95.0), None, true));
+    }
     if is_before_chest {
         let touch = (both && piece.has(&["together"])).then_some(Touch::Hands);
         return Some((BEFORE_CHEST, touch, true));
     }
-    if piece.has(&["together"]) && both {
+    if piece.has(&["together"]) && both && !lowers {
         let is_up = context.before.left_arm.is_some_and(|arm| arm.elevation() > 120.0);
         return match is_up || piece.has(&["overhead", "above", "over", "up"]) {
             true => Some((place(168.0, -6.0, 10.0, 20.0), Some(Touch::Hands), true)),
@@ -219,8 +238,8 @@ fn at_a_place(piece: &Words<'_>, context: &Context, side: Side) -> Option<Placed
 
 /// Reads an arm whose hand is at the face.
 fn at_the_face(piece: &Words<'_>) -> Option<Placed> {
-    let is_there =
-        piece.has(&["on", "to", "against", "touch", "front", "over", "at"]) && !piece.has(&["height", "level"]);
+    let is_there = piece.has(&["on", "to", "against", "touch", "front", "over", "at", "cover"])
+        && !piece.has(&["height", "level"]);
     let touch = match () {
         () if piece.has(&["mouth", "lips"]) => Touch::Mouth,
         () if piece.has(&["nose"]) => Touch::Nose,
@@ -234,7 +253,7 @@ fn at_the_face(piece: &Words<'_>) -> Option<Placed> {
         Touch::Brow => place(110.0, -10.0, 45.0, 95.0),
         _ => place(84.0, -19.0, 33.0, 96.0),
     };
-    is_there.then_some((arm, Some(touch), true))
+    is_there.then_some((arm, Some(touch), !piece.has(&["cover"])))
 }
 
 /// Returns whether upper arms are to stay at the body.
@@ -245,6 +264,8 @@ fn at_the_body(piece: &Words<'_>) -> bool {
     let is_at = piece.has(&["at", "by", "against", "close", "tight", "near", "to"]);
     is_at && piece.has(&["sides", "ribs", "body", "waist"]) && !piece.has(&["out", "away", "across"])
 }
+
+const ARTICLES: [&str; 5] = ["your", "the", "its", "ur", "their"];
 
 /// Reads an arm that points somewhere, or the bend of its elbow.
 fn in_a_direction(piece: &Words<'_>, context: &Context, side: Side) -> Option<Placed> {
@@ -277,8 +298,12 @@ fn in_a_direction(piece: &Words<'_>, context: &Context, side: Side) -> Option<Pl
     let is_lifted = piece.has(&["raise", "lift"]) || context.last_verb == "raise" || context.last_verb == "lift";
     let down = piece.has(&["down", "lower", "drop", "hang", "rest", "dangle", "sink", "fall"])
         || to_floor && !ahead
-        || piece.has_row(&["at", "your", "sides"])
-        || piece.has_row(&["by", "your", "sides"]);
+        || ["at", "by"].into_iter().any(|at| {
+            let sides = ["side", "sides"];
+            let is_row =
+                |side| piece.has_row(&[at, side]) || ARTICLES.into_iter().any(|the| piece.has_row(&[at, the, side]));
+            sides.into_iter().any(is_row)
+        });
     // "Elbow bent, hand pointing up": the forearm does.
     let is_forearm = piece.has(&["point"]) && before.is_some_and(|arm| arm.elbow > 60.0 && arm.elevation() < 45.0);
     // "Elbows bent, hands pointing forward": as they do.
@@ -305,12 +330,21 @@ fn in_a_direction(piece: &Words<'_>, context: &Context, side: Side) -> Option<Pl
     let bent = if piece.has(&["bent"]) { 90.0 } else { 6.0 };
     // "At shoulder height", "lower them to 45 degrees": the same way, another angle.
     let is_height = lifted.is_some() || piece.has(&["horizontal", "horizontally", "parallel"]);
+    // "Elbows bent, parallel to the floor": the forearms are.
+    let is_level = |arm: &Arm| lifted.is_none() && arm.elbow > 60.0 && arm.elevation() < 45.0;
+    if let Some(before) = before.filter(|arm| is_height && !piece.names_limb() && is_level(arm)) {
+        return Some((before, None, true));
+    }
     if let Some(before) = before.filter(|_| is_height && !(ahead || aside || behind || up)) {
         let angle = lifted.unwrap_or(LEVEL);
         let arm = if before.aside > 45.0 { Arm { aside: angle, ..before } } else { Arm { raise: angle, ..before } };
         return Some((arm, None, false));
     }
     let found = match (ahead, aside, behind, up) {
+        // "Away from the body": a little.
+        _ if piece.has(&["away"]) && piece.has(&["body", "sides", "side", "trunk"]) => place(0.0, 35.0, 0.0, 6.0),
+        // "Arms bent up in front": like a boxer's.
+        (true, _, _, true) if piece.has(&["bent", "bend"]) => place(35.0, 4.0, 10.0, 115.0),
         (_, _, _, true) if piece.has(&["diagonally", "diagonal"]) => place(0.0, 135.0, 0.0, bent),
         (_, true, _, true) => place(0.0, lifted.unwrap_or(135.0), 0.0, bent),
         (true, ..) => place(lifted.unwrap_or(LEVEL), 3.0, 0.0, bent),
@@ -325,7 +359,7 @@ fn in_a_direction(piece: &Words<'_>, context: &Context, side: Side) -> Option<Pl
         _ if piece.has(&["bend", "bent"]) => Arm { elbow: 90.0, ..before.unwrap_or(Arm::HANGING) },
         _ => return None,
     };
-    Some((found, None, piece.has(&["bent"])))
+    Some((found, None, piece.has(&["bent"]) || is_diagonal && up))
 }
 
 /// Returns the side of "to the left".
@@ -362,6 +396,7 @@ fn forearm(piece: &Words<'_>, before: Arm, up: bool, aside: bool, ahead: bool) -
         () if up && is_out => Arm { raise: 0.0, aside: 88.0, turn: -88.0, elbow },
         // "Bend your elbows so that your forearms point up": the upper arms hang.
         () if up && is_bent && before.raise < 45.0 => Arm { raise: 12.0, aside: 10.0, turn: 0.0, elbow: 140.0 },
+        () if up && before.raise > 60.0 && before.elbow > 60.0 => before,
         () if up => Arm { raise: 84.0, aside: 10.0, turn: 0.0, elbow: elbow.max(85.0) },
         () if aside && !ahead => Arm { raise: 0.0, aside: 88.0, turn: before.turn, elbow },
         () if piece.has(&["back", "behind", "backward", "backwards"]) => {

@@ -19,7 +19,17 @@ pub(super) fn legs(piece: &Words<'_>, context: &mut Context, posture: &mut Postu
     let plural = piece.has(&["legs", "feet", "knees", "stance", "heels"]);
     // "The shin hangs", of a knee that is up.
     let is_shin = piece.has(&["shin", "shins"]) && context.legs.is_some();
-    if is_shin && piece.has(&["hang", "vertical", "vertically", "down", "relaxed", "loose"]) {
+    if is_shin && piece.has(&["hang", "dangle", "vertical", "vertically", "down", "relaxed", "loose"]) {
+        return Some(true);
+    }
+    // "The knee points at the floor", of a foot that is up behind.
+    let is_thigh = piece.has(&["knee", "thigh"]) && piece.has(&["point", "hang", "vertical", "straight"]);
+    if is_thigh && !plural && !piece.has(&["up", "raise", "lift"]) && context.before.is_on_one_foot() {
+        return Some(true);
+    }
+    // "Knees soft", "legs straight".
+    if plural && piece.has(&["soft", "straight"]) && !piece.has(&["raise", "lift", "apart", "wide", "wider"]) {
+        posture.sink = piece.has(&["soft"]).then_some(SHALLOW);
         return Some(true);
     }
     // "Bend your knee so that the heel comes to your bottom".

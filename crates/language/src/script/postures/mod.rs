@@ -54,6 +54,8 @@ struct Context {
     legs: Option<Side>,
     before: Posture,
     last_verb: String,
+    /// True where "look left" may be of the same row.
+    looks: bool,
 }
 
 /// Words of a piece with what they say.
@@ -84,7 +86,8 @@ impl Words<'_> {
 
     /// Returns whether something goes there and back again and again.
     fn repeats(&self) -> bool {
-        let swings = self.has(&["from"]) && !self.has(&["waist", "hips"]);
+        let from = self.words.iter().position(|word| word == "from");
+        let swings = from.is_some_and(|at| self.words[at..].iter().any(|word| word == "to"));
         self.said.many || self.has_row(&["side", "to", "side"]) || swings
     }
 
@@ -114,6 +117,7 @@ struct Row {
 impl Row {
     /// Adds a piece. Returns false for one that is no posture.
     fn add(&mut self, join: Join, piece: &Words<'_>) -> bool {
+        self.context.looks = join != Join::Then;
         let Some(read) = read(piece, &mut self.context, !self.postures.is_empty()) else { return false };
         self.is_detailed |= read.is_detailed;
         let is_height =
@@ -286,7 +290,7 @@ fn rests(last: &Posture, next: &Posture) -> bool {
 
 /// Puts the limb of "reach up with the left arm" beside its verb, and that of "point with your arm at the floor".
 fn with_limbs(pieces: Vec<(Join, Vec<String>)>) -> Vec<(Join, Vec<String>)> {
-    const ARTICLES: [&str; 8] = ["the", "your", "his", "her", "both", "one", "left", "right"];
+    const ARTICLES: [&str; 10] = ["the", "your", "ur", "my", "his", "her", "both", "one", "left", "right"];
     let is_limb = |words: &[String]| {
         let one_of = |word: &String, all: &[&str]| all.contains(&word.as_str());
         let Some((last, before)) = words.split_last() else { return false };
@@ -299,20 +303,21 @@ fn with_limbs(pieces: Vec<(Join, Vec<String>)>) -> Vec<(Join, Vec<String>)> {
         let names = words.iter().any(|word| ARMS.contains(&word.as_str()));
         let belongs = |last: &[String]| is_limb(&words) && !last.is_empty() || is_verb(last) && names;
         match out.last_mut().filter(|(_, last)| join == Join::With && belongs(last)) {
-            Some((_, last)) => last.extend(words),
+            Some((_, last)) => last.extend([join.word().to_string()].into_iter().chain(words)),
             None => out.push((join, words)),
         }
     }
     out
 }
 
-/// Finds arms that are somewhere during another action: "squat with your arms straight out in front". Returns the words of
-/// the action, and the posture.
-pub(super) fn overlaid(phrases: &Phrases, text: &str) -> Option<(String, Posture)> {
+/// Finds arms that are somewhere during another action: "squat with your arms straight out in front", "a hand on the hip and
+/// one up as you walk". Returns the words of the action, the posture, and whether no verb's phrase says as much.
+pub(super) fn overlaid(phrases: &Phrases, text: &str) -> Option<(String, Posture, bool)> {
     let words = spelt(phrases, normal(text), &mut Vec::new());
-    let pieces = pieces(&without_negations(words, &mut Vec::new()));
+    let pieces = with_limbs(pieces(&without_negations(words, &mut Vec::new())));
     let mut rest: Vec<String> = Vec::new();
     let mut found: Option<Posture> = None;
+    let mut is_detailed = false;
     for (number, (join, words)) in pieces.iter().enumerate() {
         let bases: Vec<String> = words.iter().map(|word| phrases.base(word)).collect();
         if number > 0 && likens(words) {
@@ -320,24 +325,31 @@ pub(super) fn overlaid(phrases: &Phrases, text: &str) -> Option<(String, Posture
         }
         let piece = Words { words, bases, said: said(words) };
         let keeps = piece.has(&["hold", "keep"]) || piece.words.iter().any(|word| is_participle(word));
+        let leads = rest.is_empty();
         let is_along = match join {
             Join::With | Join::While => true,
             // In a row of actions a posture is one more.
-            Join::Comma => pieces.len() == 2,
-            Join::And => keeps,
-            Join::Then => false,
+            Join::Comma => pieces.len() == 2 || leads,
+            Join::And => keeps || leads,
+            Join::Then => number == 0,
         };
-        let posture =
-            read(&piece, &mut Context::default(), false).filter(|read| !read.moves || keeps).map(|read| read.posture);
-        let posture = posture.filter(|posture| number > 0 && is_along && posture.moves_only_arms());
-        match posture {
-            Some(_) if found.is_some() => return None,
-            Some(posture) => found = Some(posture),
-            None if number == 0 => rest.extend(words.iter().cloned()),
-            None => rest.extend([join.word().to_string()].iter().chain(words).cloned()),
+        let posture = read(&piece, &mut Context::default(), false).filter(|read| leads || !read.moves || keeps);
+        let posture = posture.filter(|read| is_along && read.posture.moves_only_arms());
+        is_detailed |= posture.as_ref().is_some_and(|read| read.is_detailed && read.posture.touches.is_none());
+        match (posture.map(|read| read.posture), &mut found) {
+            (Some(posture), Some(found)) if found.overlaps(&posture) => return None,
+            (Some(posture), Some(found)) => {
+                is_detailed = true;
+                found.extend(&posture);
+            }
+            (Some(posture), None) => found = Some(posture),
+            // What the arms do first goes on only "while" something else is done.
+            (None, Some(_)) if leads && *join != Join::While => return None,
+            (None, _) if leads => rest.extend(words.iter().cloned()),
+            (None, _) => rest.extend([join.word().to_string()].iter().chain(words).cloned()),
         }
     }
-    Some((rest.join(" "), found?)).filter(|(rest, _)| !rest.is_empty())
+    Some((rest.join(" "), found?, is_detailed)).filter(|(rest, ..)| !rest.is_empty())
 }
 
 /// Reads a piece; nothing for one that is no posture.
@@ -365,6 +377,15 @@ fn read(whole: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
     // "A few inches off the floor": as it is already.
     if follows && !names_limb && piece.has(&["off"]) {
         return Some(Read { posture, moves: false, is_detailed: false });
+    }
+    // "Wait two seconds": it stays as it is.
+    if follows && !names_limb && ["wait", "pause", "freeze"].contains(&piece.bases[0].as_str()) {
+        let hold = said.seconds.unwrap_or(HELD);
+        return Some(Read { posture: Posture { hold, ..posture }, moves: false, is_detailed: true });
+    }
+    // A way that takes its time is one of a verb.
+    if said.is_way && said.seconds.is_some() {
+        return None;
     }
     // "Palms down": how hands are turned.
     if follows && piece.has(&["palm", "palms"]) && !piece.has(&["raise", "lift", "together", "on", "to", "chest"]) {
@@ -405,6 +426,10 @@ fn read(whole: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
         return None;
     }
     let mentions_arms = piece.has(&ARMS) || piece.has(&ELBOWS) || piece.has(&FOREARMS);
+    // "Lean back until your hands touch the floor".
+    if piece.has(&["lean"]) && mentions_arms && !piece.has(&TRUNK) {
+        return None;
+    }
     let mentions_legs = piece.has(&LEGS);
     let returns = follows && !names_limb && (piece.has(&["relax", "return"]) || piece.has_row(&["stand", "straight"]));
     let lowers = follows
@@ -424,9 +449,12 @@ fn read(whole: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
         posture.trunk = Some(Turn { pitch: SLUMP, ..Turn::default() });
         detail = true;
     } else if follows && said.mood == Some(Mood::Proud) && !names_limb && verb.as_deref().is_none_or(|v| v == "stick") {
-        // "Chest out", which is read as a manner before.
-        posture.trunk = Some(Turn { pitch: -CHEST_OUT, ..Turn::default() });
+        // "Chest out", which is read as a manner before. A trunk that leans over bent knees stays.
+        let is_free = context.before.trunk.is_none();
+        posture.trunk = is_free.then_some(Turn { pitch: -CHEST_OUT, ..Turn::default() });
         detail = true;
+    } else if follows && context.looks && piece.has(&["look"]) && !names_limb && !piece.has(&["head"]) {
+        posture.head = Some(head(piece)?);
     } else if is_of_head && !mentions_arms {
         posture.head = Some(head(piece)?);
         // The trunk rolls with the head, and comes back where it did.
@@ -438,7 +466,8 @@ fn read(whole: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
         || piece.has(&["bend", "twist", "turn", "rotate"]) && piece.has(&TRUNK) && !names_limb
     {
         posture.trunk = Some(trunk(piece)?);
-        detail |= hold.is_some() || posture.trunk.is_some_and(|turn| turn.roll != 0.0) && piece.degrees().is_some();
+        let is_aside = posture.trunk.is_some_and(|turn| turn.roll != 0.0 || turn.yaw != 0.0);
+        detail |= hold.is_some() || is_aside && piece.degrees().is_some();
     } else if mentions_legs && !mentions_arms {
         detail |= legs(piece, context, &mut posture)? || hold.is_some();
     } else if mentions_arms || refers && context.arms.is_some() && !mentions_legs {
@@ -477,7 +506,7 @@ fn slumps(piece: &Words<'_>) -> bool {
 
 /// Returns whether a head turns over a shoulder.
 fn turns_over_shoulder(piece: &Words<'_>) -> bool {
-    piece.has(&["turn", "rotate"]) && piece.has(&["over"]) && piece.has(&["shoulder"])
+    piece.has(&["turn", "rotate", "look"]) && piece.has(&["over"]) && piece.has(&["shoulder"])
 }
 
 /// Returns whether words only say what something is like.

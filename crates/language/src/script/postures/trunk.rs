@@ -42,7 +42,7 @@ pub(super) fn head(piece: &Words<'_>) -> Option<Turn> {
     let degrees = piece.degrees().map(|degrees| degrees.min(MOST_LEAN));
     let side = piece.said.side.filter(|side| *side != Side::Both);
     let sign = if side == Some(Side::Left) { 1.0 } else { -1.0 };
-    let turns = piece.has(&["turn", "rotate", "twist"]);
+    let turns = piece.has(&["turn", "rotate", "twist", "look", "snap"]);
     match () {
         () if turns && side.is_some() => Some(Turn { yaw: sign * degrees.unwrap_or(LOOK), ..Turn::default() }),
         () if side.is_some() => Some(Turn { roll: -sign * degrees.unwrap_or(NOD), ..Turn::default() }),

@@ -13,7 +13,12 @@ pub(super) const LEGS: [&str; 12] =
 /// The trunk.
 pub(super) const TRUNK: [&str; 5] = ["trunk", "torso", "body", "waist", "chest"];
 /// Verbs of limbs.
-pub(super) const MOVES: [&str; 52] = [
+pub(super) const MOVES: [&str; 57] = [
+    "look",
+    "cover",
+    "throw",
+    "fling",
+    "snap",
     "tip",
     "slide",
     "pull",
@@ -68,9 +73,9 @@ pub(super) const MOVES: [&str; 52] = [
     "bow",
 ];
 /// Verbs that say where something is, and no movement.
-pub(super) const STATES: [&str; 7] = ["rest", "point", "hang", "stand", "have", "hold", "keep"];
+pub(super) const STATES: [&str; 8] = ["look", "rest", "point", "hang", "stand", "have", "hold", "keep"];
 /// Places and ways.
-pub(super) const PLACES: [&str; 77] = [
+pub(super) const PLACES: [&str; 79] = [
     "up",
     "down",
     "high",
@@ -148,9 +153,19 @@ pub(super) const PLACES: [&str; 77] = [
     "nape",
     "circle",
     "ring",
+    "away",
+    "tummy",
 ];
 /// Words that say nothing by themselves.
-pub(super) const FILLERS: [&str; 130] = [
+pub(super) const FILLERS: [&str; 138] = [
+    "till",
+    "around",
+    "roughly",
+    "approximately",
+    "long",
+    "sticking",
+    "wait",
+    "pause",
     "buttocks",
     "pls",
     "plz",

@@ -1,0 +1,257 @@
+//! Words beside what is asked for: parts that stay, legs of low poses, corrections, what is said twice.
+
+use super::said::number;
+
+/// Words that join.
+const JOINS: [&str; 6] = [",", "|", "and", "then", "while", "but"];
+const ARTICLES: [&str; 6] = ["the", "your", "ur", "his", "her", "my"];
+/// Parts of the body that are said to stay as they are.
+const STAYING: [&str; 18] = [
+    "everything",
+    "else",
+    "rest",
+    "body",
+    "hips",
+    "pelvis",
+    "feet",
+    "foot",
+    "shoulders",
+    "shoulder",
+    "torso",
+    "trunk",
+    "legs",
+    "leg",
+    "thigh",
+    "heels",
+    "of",
+    "both",
+];
+const STAYS: [&str; 8] = ["stay", "stays", "keep", "keeps", "keeping", "remain", "remains", "staying"];
+/// Words that say how such parts stay.
+const AS_THEY_ARE: [&str; 25] = [
+    "still", "neutral", "facing", "face", "front", "forward", "forwards", "ahead", "fixed", "on", "ground", "floor",
+    "flat", "planted", "put", "quiet", "same", "level", "in", "place", "upright", "straight", "normal", "to", "and",
+];
+
+/// Returns words without those that ask for nothing.
+pub(super) fn without_asides(words: Vec<String>) -> Vec<String> {
+    let words = simultaneously(words);
+    let words = without_low_legs(said_once(corrected(without_title_time(words))));
+    without_shares(without_last_stand(words))
+}
+
+fn has(all: &[&str], word: Option<&String>) -> bool {
+    word.is_some_and(|word| all.contains(&word.as_str()))
+}
+
+/// Returns where the piece of a word begins, and where it ends.
+fn piece_of(words: &[String], at: usize) -> [usize; 2] {
+    let joins = |word: &String| JOINS.contains(&word.as_str());
+    let begin = words[..at].iter().rposition(joins).map_or(0, |join| join + 1);
+    let end = words[at..].iter().position(joins).map_or(words.len(), |join| at + join);
+    [begin, end]
+}
+
+/// "Shrug and tilt the head simultaneously": while.
+fn simultaneously(mut words: Vec<String>) -> Vec<String> {
+    let Some(at) = words.iter().position(|word| word == "simultaneously") else { return words };
+    let [begin, end] = piece_of(&words, at);
+    if begin > 0 && end - begin > 1 && has(&["and", ","], words.get(begin - 1)) {
+        words.remove(at);
+        words[begin - 1] = "while".into();
+    }
+    words
+}
+
+/// "Warm up time! Five squats": a title.
+fn without_title_time(mut words: Vec<String>) -> Vec<String> {
+    let end = words.iter().position(|word| word == "|").unwrap_or(0);
+    let is_title = (2..=4).contains(&end) && has(&["time", "times"], words.get(end - 1)) && end + 1 < words.len();
+    if is_title && !words[..end].iter().any(|word| number(word).is_some()) {
+        words.drain(..=end);
+    }
+    words
+}
+
+/// "Then a kick, no, just wave": the kick is taken back.
+fn corrected(mut words: Vec<String>) -> Vec<String> {
+    const BACK: [&str; 10] = ["a", "the", "then", "just", "rather", "actually", "instead", "wait", "sorry", "better"];
+    let separates = |word: Option<&String>| has(&[",", "|"], word);
+    let takes_back = |words: &[String], at: usize| {
+        let after = words[at + 1..].iter().find(|word| !separates(Some(word)));
+        let waits = usize::from(has(&["wait", "sorry"], words.get(at + 1)));
+        words[at] == "no" && separates(words.get(at - 1)) && separates(words.get(at + 1 + waits)) && has(&BACK, after)
+    };
+    while let Some(at) = (1..words.len().saturating_sub(1)).find(|at| takes_back(&words, *at)) {
+        let before = words[..at].iter().rposition(|word| !separates(Some(word))).unwrap_or(0);
+        let [begin, _] = piece_of(&words, before);
+        let waits = usize::from(has(&["wait", "sorry"], words.get(at + 1)));
+        words.drain(begin..=at + 1 + waits);
+    }
+    words
+}
+
+/// "Say come here, come here": said twice.
+fn said_once(mut words: Vec<String>) -> Vec<String> {
+    let repeats = |words: &[String], at: usize| {
+        let [_, end] = piece_of(words, at + 1);
+        let again = &words[at + 1..end];
+        words[at] == "," && again.len() > 1 && words[..at].len() > again.len() && words[..at].ends_with(again)
+    };
+    while let Some(at) = (1..words.len().saturating_sub(1)).find(|at| repeats(&words, *at)) {
+        let [_, end] = piece_of(&words, at + 1);
+        let [begin, _] = piece_of(&words, at - 1);
+        // A whole piece again is done again.
+        if at - begin == end - at - 1 {
+            break;
+        }
+        words.drain(at..end);
+    }
+    words
+}
+
+/// Drops parts that stay as they are: "body stays facing front", "keep your hips and feet still".
+pub(super) fn without_what_stays(mut words: Vec<String>) -> Vec<String> {
+    let length = |words: &[String], at: usize| {
+        let is_said = |word: &String| {
+            [&STAYING[..], &STAYS, &AS_THEY_ARE, &ARTICLES].into_iter().any(|known| known.contains(&word.as_str()))
+        };
+        let all = words[at..].iter().take_while(|word| is_said(word)).count();
+        let piece = &words[at..at + all];
+        let names = |known: &[&str]| piece.iter().any(|word| known.contains(&word.as_str()));
+        let ends = words.get(at + all).is_none_or(|word| JOINS.contains(&word.as_str()));
+        let is_whole = ends && piece.last().is_some_and(|last| last != "and") && names(&AS_THEY_ARE[..21]);
+        (is_whole && names(&STAYS) && names(&STAYING[..16])).then_some(all)
+    };
+    let starts = |words: &[String], at: usize| JOINS.contains(&words[at - 1].as_str());
+    while let Some((at, length)) =
+        (1..words.len()).filter(|at| starts(&words, *at)).find_map(|at| Some((at, length(&words, at)?)))
+    {
+        words.drain(at - 1..at + length);
+    }
+    // "Keep your hips still and twist".
+    if let Some(length) = length(&words, 0).filter(|length| *length + 1 < words.len()) {
+        words.drain(..=length);
+    }
+    words
+}
+
+/// Drops what the legs of a kneeling, a lunge or a squat are like by themselves.
+fn without_low_legs(mut words: Vec<String>) -> Vec<String> {
+    const LOW: [&str; 6] = ["kneel", "kneels", "lunge", "lunges", "squat", "crouch"];
+    const PARTS: [&str; 10] = ["knee", "knees", "leg", "thigh", "thighs", "shin", "foot", "torso", "trunk", "heels"];
+    const STATES: [&str; 23] = [
+        "left",
+        "right",
+        "front",
+        "back",
+        "flat",
+        "level",
+        "straight",
+        "90",
+        "degrees",
+        "bent",
+        "in",
+        "on",
+        "to",
+        "parallel",
+        "horizontal",
+        "vertical",
+        "upright",
+        "floor",
+        "ground",
+        "at",
+        "is",
+        "with",
+        "behind",
+    ];
+    let Some(low) = words.iter().position(|word| LOW.contains(&word.as_str())) else { return words };
+    let is_of_sides = words[low].starts_with("kneel") || words[low].starts_with("lunge");
+    let mut at = low;
+    while let Some(join) = (at..words.len()).find(|at| has(&[",", "|", "with"], words.get(*at))) {
+        let [_, end] = piece_of(&words, join + 1);
+        let end = (join + 1..end).find(|at| words[*at] == "with").unwrap_or(end);
+        let like = (join + 1..end).find(|at| words[*at] == "like").unwrap_or(end);
+        let piece = &words[join + 1..like];
+        let is_trunk = has(&["torso", "trunk"], piece.first()) || has(&["torso", "trunk"], piece.get(1));
+        let is_known = |word: &String| {
+            let lists = [&PARTS[..], &STATES, &ARTICLES];
+            is_trunk && word == "up" || lists.into_iter().any(|known| known.contains(&word.as_str()))
+        };
+        let names = |known: &[&str]| piece.iter().any(|word| known.contains(&word.as_str()));
+        let is_back = piece.iter().find(|word| !ARTICLES.contains(&word.as_str())).is_some_and(|word| *word == "back");
+        // "Lunge with the left leg" says the side; a squat with one leg ahead is another one.
+        let is_state = names(&STATES[4..]) && (is_of_sides || !names(&STATES[..2]));
+        if is_state && (names(&PARTS) || is_back) && piece.iter().all(is_known) {
+            words.drain(join + 1..end);
+            // "A lunge: front knee bent, hands up": the hands belong to it.
+            words[join] = ",".into();
+            if has(&[",", "|", "and", "then", "while", "with"], words.get(join + 1)) || join + 1 == words.len() {
+                words.remove(join);
+            }
+            at = join;
+        } else {
+            at = join + 1;
+        }
+        if at >= words.len() {
+            break;
+        }
+    }
+    words
+}
+
+/// "Lift a leg, standing": who does it stands anyway.
+fn without_last_stand(mut words: Vec<String>) -> Vec<String> {
+    let last = words.iter().rposition(|word| word != "|").unwrap_or(0);
+    if last > 2 && words[last] == "standing" && has(&[",", "|"], words.get(last - 1)) {
+        words.drain(last - 1..=last);
+    }
+    words
+}
+
+/// "Twelve kicks, six each side": twelve.
+fn without_shares(mut words: Vec<String>) -> Vec<String> {
+    let share = |words: &[String], at: usize| {
+        let on = usize::from(has(&["on", "per", "for"], words.get(at + 1)));
+        let each = usize::from(has(&["each"], words.get(at + 1 + on)));
+        let is_side = has(&["side", "leg", "arm", "hand", "foot"], words.get(at + 1 + on + each));
+        let count = number(&words[at]).filter(|_| on + each > 0 && is_side && words[at - 1] == ",")?;
+        let is_whole = |word: &String| {
+            let whole = if word == "dozen" { Some(12.0) } else { number(word) };
+            whole.is_some_and(|whole| (whole - 2.0 * count).abs() < 1e-6)
+        };
+        words[..at - 1].iter().any(is_whole).then_some(2 + on + each)
+    };
+    if let Some((at, length)) = (2..words.len()).find_map(|at| Some((at, share(&words, at)?))) {
+        words.drain(at - 1..at + length);
+    }
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::split::normal;
+
+    #[test]
+    fn what_asks_for_nothing_goes() {
+        for (text, plain) in [
+            ("turn your head left, body stays facing front", "turn your head left"),
+            ("twist the torso, keep pelvis + feet forward, arms out", "twist the torso , arms out"),
+            ("bow, feet stay on the ground", "bow"),
+            ("raise an arm and keep it up", "raise an arm and keep it up"),
+            ("point up, then thumb... no, then just bow", "point up , then then just bow"),
+            ("with the right you say come here, come here", "with the right you say come here"),
+            ("kneel on the left knee, right foot flat in front, torso straight up", "kneel on the left knee"),
+            ("lunge with the left leg, torso upright", "lunge with the left leg"),
+            ("squat, left leg up", "squat , left leg up"),
+            ("kneel, torso straight up like a knight", "kneel"),
+            ("step into a lunge: front knee 90, back leg straight, hands up", "step into a lunge , hands up"),
+            ("a dozen high knees, six each side, alternating", "a dozen high knees , alternating"),
+            ("warm up time! 5 squats, 5 bows", "5 squats , 5 bows"),
+            ("nod eagerly!! like a child", "nod eagerly happily"),
+            ("touch your toes (or get close), stand tall", "touch your toes , stand tall"),
+        ] {
+            assert_eq!(normal(text).join(" "), plain, "{text}");
+        }
+    }
+}
