@@ -26,8 +26,12 @@ const TAP: f64 = 0.3;
 const HEAD: f64 = 0.3;
 /// Way of a root that comes along with a hand at most (shares of a leg).
 const FARTHEST: f64 = 0.1;
+/// The same of a root that sinks with hands that reach for the toes: below it `lima` falls over.
+const LOWEST: f64 = 0.12;
 /// Passes of placing.
 const PASSES: usize = 3;
+/// Steps of hands that reach for the toes, each a share of the way that is left.
+const STEPS: (usize, f64) = (8, 0.25);
 
 /// Leg of the keyframed figure from hip to ankle (m).
 pub const LEG: f64 = 0.82;
@@ -226,15 +230,25 @@ impl Touching {
         options: &RetargetOptions,
     ) -> Result<MotionClip, LanguageError> {
         let mut reached = clip.clone();
+        if touch.0 == Touch::Toes {
+            for _ in 0..STEPS.0 {
+                let lower = self.nearer(&reached, robot, touch, options, Reach { is_still: false, share: STEPS.1 })?;
+                if moved(clip, &lower) > LOWEST * leg_length(robot.0, robot.1) {
+                    break;
+                }
+                reached = lower;
+            }
+            return Ok(reached);
+        }
         for _ in 0..PASSES {
-            reached = self.nearer(&reached, robot, touch, options, false)?;
+            reached = self.nearer(&reached, robot, touch, options, Reach { is_still: false, share: 1.0 })?;
         }
         // A place out of reach goes away with the trunk that leans after it: then the arm alone reaches.
-        let is_of_trunk = !matches!(touch.0, Touch::Knee | Touch::OtherKnee | Touch::Toes);
+        let is_of_trunk = !matches!(touch.0, Touch::Knee | Touch::OtherKnee);
         if is_of_trunk && moved(clip, &reached) > FARTHEST * leg_length(robot.0, robot.1) {
             reached = clip.clone();
             for _ in 0..PASSES {
-                reached = self.nearer(&reached, robot, touch, options, true)?;
+                reached = self.nearer(&reached, robot, touch, options, Reach { is_still: true, share: 1.0 })?;
             }
         }
         Ok(reached)
@@ -247,7 +261,7 @@ impl Touching {
         (character, anatomy): (&Character, &Anatomy),
         (touch, side): (Touch, Side),
         options: &RetargetOptions,
-        is_still: bool,
+        reach: Reach,
     ) -> Result<MotionClip, LanguageError> {
         let columns = clip.columns_for(character)?;
         let mut kinematics = Kinematics::new(character);
@@ -269,12 +283,12 @@ impl Touching {
                 Side::Both => true,
             };
             // Both hands go half of the way to each other.
-            let share = if touch == Touch::Hands && side == Side::Both { 0.5 } else { 1.0 };
+            let share = if touch == Touch::Hands && side == Side::Both { 0.5 } else { reach.share };
             if acts {
                 let name = if hand == 0 { "left_hand" } else { "right_hand" };
                 let of_hand = keys_of(name, ways, share, clip.fps);
                 let still = |key: &Key| Key { body: "chest".into(), target: Target::By(Vec3::zeros()), ..key.clone() };
-                if is_still {
+                if reach.is_still {
                     let is_new =
                         |key: &&Key| keys.iter().all(|other: &Key| (other.time - key.time).abs() > 0.5 / clip.fps);
                     let chest: Vec<Key> = of_hand.iter().filter(is_new).map(still).collect();
@@ -295,6 +309,15 @@ impl Touching {
 fn moved(clip: &MotionClip, other: &MotionClip) -> f64 {
     let pairs = clip.root_position.iter().zip(&other.root_position);
     pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+}
+
+/// One pass of placing.
+#[derive(Debug, Clone, Copy)]
+struct Reach {
+    /// True where the trunk stays, and the arm alone reaches.
+    is_still: bool,
+    /// Share of the way.
+    share: f64,
 }
 
 /// Returns the keys of one hand: one for a tap, two for a stay.
