@@ -6,7 +6,9 @@ use super::said::number;
 use super::split::is_participle;
 
 /// Phrases and plainer ones; an empty one says nothing.
-const PLAIN: [(&str, &str); 139] = [
+const PLAIN: [(&str, &str); 141] = [
+    ("do the thing where you", ""),
+    ("do that thing where you", ""),
     ("of course", ""),
     ("good luck", ""),
     ("and done", ""),
@@ -566,6 +568,7 @@ mod tests {
                 "balance on your left foot for five seconds",
             ),
             ("touch your toes and count to 8", "touch your toes for 8 seconds"),
+            ("do that thing where you clap", "clap"),
             ("count to three", "stand for three seconds"),
             ("raise both arms for a count of three", "raise both arms for three seconds"),
             ("bend your elbows. keep the upper arms where they are.", "bend your elbows | |"),
