@@ -7,9 +7,8 @@ step "lints with MuJoCo"
 mujoco
 cargo clippy --locked --release --workspace --all-targets --features lifelike/mujoco -- -D warnings
 
-# Tests were read above, with more of them.
 step "lints without MuJoCo"
-cargo clippy --locked --release --workspace -- -D warnings
+cargo clippy --locked --release --workspace --all-targets -- -D warnings
 
 # Pages of modules name their private parts: they are read in the source, too.
 step "documentation of the API"

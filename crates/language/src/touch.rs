@@ -26,7 +26,7 @@ const TAP: f64 = 0.3;
 const HEAD: f64 = 0.3;
 /// Way of a root that comes along with a hand at most (shares of a leg).
 const FARTHEST: f64 = 0.1;
-/// The same of a root that sinks with hands that reach for the toes: below it `lima` falls over.
+/// The same of a root that sinks with hands that reach for the toes: further down `lima` sits on its heels.
 const LOWEST: f64 = 0.12;
 /// Passes of placing.
 const PASSES: usize = 3;

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use lifelike_checkpoint::{Checkpoint, Entry};
-use lifelike_robot::controller::{ControllerHeader, PriorEncoder};
+use lifelike_robot::actuator::ExtendedFriction;
+use lifelike_robot::controller::{ControllerHeader, PriorEncoder, RobotDescription};
 use lifelike_robot::reference::standing_clip;
 use lifelike_robot::{ClipPlayer, Controller, ControllerFile, ControllerState, MeasuredState, ReferenceLibrary, Robot};
 
@@ -323,6 +324,16 @@ fn every_mismatch_is_refused_in_plain_words() {
     let text = refusal(&file, &Arc::new(weaker));
     let expected = format!("expected {}, got 20", robot.actuators.parameters[3].kp);
     assert!(text.contains("kp of joint 'left_knee'") && text.contains(&expected), "{text}");
+    // Friction under load is a part of the robot, in the file as in memory.
+    let mut rougher = (*robot).clone();
+    rougher.actuators.parameters[3].extended_friction =
+        Some(ExtendedFriction { base: 0.2, load: [0.3, 0.1], ..ExtendedFriction::default() });
+    let rougher = Arc::new(rougher);
+    let text = refusal(&file, &rougher);
+    assert!(text.contains("friction (N m) of joint 'left_knee'") && text.contains("expected 0, got 0.2"), "{text}");
+    let described = RobotDescription::of(&rougher);
+    assert_ne!(described.digest, RobotDescription::of(&robot).digest);
+    assert!(described.check(&robot).unwrap_err().to_string().contains("expected 0.2, got 0"));
     let mut slower = (*robot).clone();
     slower.control_hz = 40.0;
     assert!(refusal(&file, &Arc::new(slower)).contains("expected 50, got 40"));

@@ -9,7 +9,7 @@ mod number;
 
 pub use fearless_simd::{Simd, prelude};
 pub use instruction_set::{InstructionSet, Task, Unavailable, VARIABLE, vectorize};
-pub use number::{Number, exp, powf, tanh_ratio};
+pub use number::Number;
 
 /// The vector types.
 pub mod vectors {

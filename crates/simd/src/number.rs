@@ -3,6 +3,8 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Number type that a law is written for once: `f32`, `f64`, or the same number of several environments at once.
+///
+/// The functions that are given are those of single precision, so that a vector has the bits of a scalar.
 pub trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
@@ -15,11 +17,17 @@ pub trait Number:
     #[must_use]
     fn most(self, other: Self) -> Self;
     /// Returns the hyperbolic tangent.
+    #[inline(always)]
     #[must_use]
-    fn tanh(self) -> Self;
+    fn tanh(self) -> Self {
+        self * self.tanh_ratio()
+    }
     /// Returns tanh(x) / x, which is one at zero.
+    #[inline(always)]
     #[must_use]
-    fn tanh_ratio(self) -> Self;
+    fn tanh_ratio(self) -> Self {
+        tanh_ratio(self)
+    }
     /// Returns `self > limit ? yes : no`. NaN is not greater.
     #[must_use]
     fn select_gt(self, limit: Self, yes: Self, no: Self) -> Self;
@@ -27,11 +35,17 @@ pub trait Number:
     #[must_use]
     fn sqrt(self) -> Self;
     /// Returns the exponential.
+    #[inline(always)]
     #[must_use]
-    fn exp(self) -> Self;
+    fn exp(self) -> Self {
+        exp(self)
+    }
     /// Returns a positive number to the power of another.
+    #[inline(always)]
     #[must_use]
-    fn powf(self, exponent: Self) -> Self;
+    fn powf(self, exponent: Self) -> Self {
+        powf(self, exponent)
+    }
 }
 
 impl Number for f64 {
@@ -87,14 +101,6 @@ impl Number for f32 {
         if self > other { self } else { other }
     }
     #[inline(always)]
-    fn tanh(self) -> Self {
-        self * self.tanh_ratio()
-    }
-    #[inline(always)]
-    fn tanh_ratio(self) -> Self {
-        tanh_ratio(self)
-    }
-    #[inline(always)]
     fn select_gt(self, limit: Self, yes: Self, no: Self) -> Self {
         if self > limit { yes } else { no }
     }
@@ -102,20 +108,12 @@ impl Number for f32 {
     fn sqrt(self) -> Self {
         self.sqrt()
     }
-    #[inline(always)]
-    fn exp(self) -> Self {
-        exp(self)
-    }
-    #[inline(always)]
-    fn powf(self, exponent: Self) -> Self {
-        powf(self, exponent)
-    }
 }
 
 /// Returns the exponential in single precision: Taylor's polynomial of a 256th of the number, and eight squarings. No branch.
 /// Within 3e-5 of the result between -80 and 80, where numbers beyond end.
 #[inline(always)]
-pub fn exp<N: Number>(number: N) -> N {
+fn exp<N: Number>(number: N) -> N {
     let one = N::from_f64(1.0);
     let x = number.most(N::from_f64(-80.0)).least(N::from_f64(80.0)) * N::from_f64(1.0 / 256.0);
     let mut power = one;
@@ -131,7 +129,7 @@ pub fn exp<N: Number>(number: N) -> N {
 /// Returns a number to the power of another in single precision, by [`exp`] and the series of atanh of its 64th root. No branch.
 /// Within 1e-4 of the result for numbers from 1e-12 on and exponents up to 10; 1e-12 stands for those below.
 #[inline(always)]
-pub fn powf<N: Number>(number: N, exponent: N) -> N {
+fn powf<N: Number>(number: N, exponent: N) -> N {
     let one = N::from_f64(1.0);
     let mut root = number.most(N::from_f64(1e-12));
     for _ in 0..6 {
@@ -148,7 +146,7 @@ pub fn powf<N: Number>(number: N, exponent: N) -> N {
 /// Returns tanh(x) / x in single precision: the quotient of polynomials that Eigen uses (`generic_fast_tanh_float`) up to
 /// 7.9, 1 / |x| beyond. No branch, so it serves vectors too. Within 1e-6.
 #[inline(always)]
-pub fn tanh_ratio<N: Number>(number: N) -> N {
+fn tanh_ratio<N: Number>(number: N) -> N {
     const ABOVE: [f64; 7] =
         [-2.760_768_5e-16, 2.000_188e-13, -8.604_672e-11, 5.122_297e-8, 1.485_722_4e-5, 6.372_619_5e-4, 4.893_524_6e-3];
     const BELOW: [f64; 4] = [1.198_258_4e-6, 1.185_347_1e-4, 2.268_434_6e-3, 4.893_525_3e-3];

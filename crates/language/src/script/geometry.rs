@@ -1,5 +1,6 @@
 //! Roundabout words about where limbs are: shapes, heights, angles to the horizontal, and details that ask for nothing.
 
+use super::joints::by_joints;
 use super::said::number;
 
 /// Words that join.
@@ -8,7 +9,7 @@ const JOINS: [&str; 6] = [",", "|", "and", "then", "while", "but"];
 const LIMBS: [&str; 8] = ["arm", "hand", "leg", "foot", "knee", "elbow", "fist", "heel"];
 const ARMS: [&str; 4] = ["arm", "arms", "hand", "hands"];
 const FLOORS: [&str; 2] = ["floor", "ground"];
-const ARTICLES: [&str; 9] = ["the", "your", "ur", "his", "her", "its", "my", "both", "a"];
+pub(super) const ARTICLES: [&str; 9] = ["the", "your", "ur", "his", "her", "its", "my", "both", "a"];
 /// Parts of hands and feet that robots do not turn or close.
 const DETAILS: [&str; 9] = ["palm", "palms", "fist", "fists", "finger", "fingers", "thumb", "thumbs", "toes"];
 /// Words that say how such parts are.
@@ -88,7 +89,7 @@ pub(super) fn plain_geometry(words: Vec<String>) -> Vec<String> {
     at_rest(hanging_beside(bent_to(looking_ahead(without_straight_joints(words)))))
 }
 
-fn has(all: &[&str], word: Option<&String>) -> bool {
+pub(super) fn has(all: &[&str], word: Option<&String>) -> bool {
     word.is_some_and(|word| all.contains(&word.as_str()))
 }
 
@@ -98,68 +99,6 @@ fn piece_of(words: &[String], at: usize) -> [usize; 2] {
     let begin = words[..at].iter().rposition(joins).map_or(0, |join| join + 1);
     let end = words[at..].iter().position(joins).map_or(words.len(), |join| at + join);
     [begin, end]
-}
-
-/// "Right shoulder flexion 90 degrees", "abduct the left arm", "elbow fully extended": joints as physiotherapists name them.
-fn by_joints(words: Vec<String>) -> Vec<String> {
-    const JOINTS: [&str; 10] =
-        ["shoulder", "shoulders", "elbow", "elbows", "knee", "knees", "hip", "hips", "neck", "trunk"];
-    let way = |joint: &str, movement: &str| match (joint.trim_end_matches('s'), movement) {
-        ("shoulder", "flexion" | "flex") => Some("arm forward"),
-        ("shoulder", "abduction" | "abduct") => Some("arm to the side"),
-        ("shoulder", "adduction" | "adduct") => Some("arm down"),
-        ("shoulder", "extension") => Some("arm back"),
-        ("elbow", "flexion" | "flex") => Some("elbow bent"),
-        ("elbow", "extension" | "extended") => Some("elbow straight"),
-        ("knee", "flexion" | "flex") => Some("knee bent"),
-        ("hip", "flexion" | "flex") => Some("thigh forward"),
-        ("hip", "abduction" | "abduct") => Some("leg to the side"),
-        ("hip", "extension") => Some("leg back"),
-        ("neck", "flexion" | "flex") => Some("head down"),
-        ("neck", "extension") => Some("head back"),
-        ("trunk", "flexion" | "flex") => Some("trunk forward"),
-        _ => None,
-    };
-    let mut out: Vec<String> = Vec::with_capacity(words.len());
-    let mut at = 0;
-    while at < words.len() {
-        let verb = ["flex", "abduct", "adduct"].contains(&words[at].as_str()).then(|| {
-            let skipped = words[at + 1..]
-                .iter()
-                .take_while(|word| has(&ARTICLES, Some(word)) || has(&["left", "right"], Some(word)));
-            at + 1 + skipped.count()
-        });
-        // "Abduct the left arm": at the shoulder.
-        let named = |joint: usize| match words.get(joint).map(String::as_str) {
-            Some("arm" | "arms") if words[at] != "flex" => Some("shoulder"),
-            Some("leg" | "legs") => Some("hip"),
-            Some(joint) if JOINTS.contains(&joint) => Some(joint),
-            _ => None,
-        };
-        let by_verb = verb.and_then(|joint| Some((joint, named(joint)?)));
-        let found = match by_verb {
-            Some((joint, name)) => way(name, &words[at]).map(|way| (words[at + 1..joint].to_vec(), joint, way)),
-            None if JOINTS.contains(&words[at].as_str()) => {
-                let fully = usize::from(has(&["fully", "completely", "full", "joint"], words.get(at + 1)));
-                let movement = words.get(at + 1 + fully).map_or("", String::as_str);
-                way(&words[at], movement).map(|way| (Vec::new(), at + 1 + fully, way))
-            }
-            None => None,
-        };
-        let Some((before, end, way)) = found else {
-            out.push(words[at].clone());
-            at += 1;
-            continue;
-        };
-        let is_plural = words[at..=end].iter().any(|word| JOINTS.contains(&word.as_str()) && word.ends_with('s'))
-            || words[at..=end].iter().any(|word| word == "arms" || word == "legs");
-        out.extend(before);
-        let mut parts = way.split(' ').map(str::to_string);
-        out.extend(parts.next().map(|limb| if is_plural { limb + "s" } else { limb }));
-        out.extend(parts);
-        at = end + 1 + usize::from(has(&["to", "of", "at"], words.get(end + 1)));
-    }
-    out
 }
 
 /// "Swap to the right foot": standing on it.
@@ -621,12 +560,6 @@ mod tests {
             ("bring the hand from your side up to your chest", "bring the hand up to your chest"),
             ("elbows high, hands hanging down", "elbows high , forearms hanging down"),
             ("go back to the kitchen", "go back to the kitchen"),
-            (
-                "right shoulder flexion 90 degrees, elbow fully extended",
-                "right arm forward 90 degrees , elbow straight",
-            ),
-            ("abduct both arms to 45 degrees", "both arms to the side 45 degrees"),
-            ("flex your elbows to 90 degrees", "your elbows bent 90 degrees"),
             ("swap to the right foot", "stand on the right foot"),
             ("right arm forward a touch above shoulder height", "right arm forward 105 degrees"),
             ("left arm to the side and slightly behind", "left arm to the side"),

@@ -11,6 +11,7 @@ mod beside;
 mod edited;
 mod geometry;
 mod joined;
+mod joints;
 mod kept;
 mod learned;
 mod limbs;

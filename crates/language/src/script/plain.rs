@@ -6,7 +6,7 @@ use super::said::number;
 use super::split::is_participle;
 
 /// Phrases and plainer ones; an empty one says nothing.
-const PLAIN: [(&str, &str); 141] = [
+const PLAIN: [(&str, &str); 139] = [
     ("do the thing where you", ""),
     ("do that thing where you", ""),
     ("of course", ""),
@@ -14,9 +14,7 @@ const PLAIN: [(&str, &str); 141] = [
     ("and done", ""),
     ("and thats it", ""),
     (", any one", ""),
-    (", both long", ""),
     (", step together", ""),
-    ("to meet it", ""),
     (", same time", ", at the same time"),
     ("or as near as you can", ""),
     ("or as close as you can", ""),

@@ -39,7 +39,7 @@ pub struct Bam {
     /// Friction added at rest (N m): M2, M4 to M6.
     #[serde(default)]
     pub friction_stribeck: f64,
-    /// Velocity by which friction at rest fades (rad/s), and the exponent of its fading.
+    /// Velocity by which friction at rest fades (rad/s).
     #[serde(default)]
     pub dtheta_stribeck: f64,
     /// Exponent of the fading.

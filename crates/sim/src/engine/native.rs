@@ -3,7 +3,7 @@
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use lifelike_simd::prelude::*;
-use lifelike_simd::{Number, Simd, exp, powf, tanh_ratio};
+use lifelike_simd::{Number, Simd};
 
 use super::lanes::{Lanes, PER_TURN, sin_cos};
 
@@ -126,28 +126,12 @@ impl<S: Simd> Number for Native<S> {
         if cfg!(target_arch = "x86_64") { Self(self.0.max(other.0)) } else { self.select_gt(other, self, other) }
     }
     #[inline(always)]
-    fn tanh(self) -> Self {
-        self * self.tanh_ratio()
-    }
-    #[inline(always)]
-    fn tanh_ratio(self) -> Self {
-        tanh_ratio(self)
-    }
-    #[inline(always)]
     fn select_gt(self, limit: Self, yes: Self, no: Self) -> Self {
         Self(self.0.simd_gt(limit.0).select(yes.0, no.0))
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
         Self(self.0.sqrt())
-    }
-    #[inline(always)]
-    fn exp(self) -> Self {
-        exp(self)
-    }
-    #[inline(always)]
-    fn powf(self, exponent: Self) -> Self {
-        powf(self, exponent)
     }
 }
 

@@ -128,14 +128,6 @@ impl<V: Lanes> Number for Pair<V> {
     fn sqrt(self) -> Self {
         Self(self.0.sqrt(), self.1.sqrt())
     }
-    #[inline(always)]
-    fn exp(self) -> Self {
-        Self(self.0.exp(), self.1.exp())
-    }
-    #[inline(always)]
-    fn powf(self, exponent: Self) -> Self {
-        Self(self.0.powf(exponent.0), self.1.powf(exponent.1))
-    }
 }
 
 #[cfg(test)]
