@@ -2,7 +2,7 @@
 //!
 //! `read_marked SENTENCES [held-out]`, with every tenth line alone for `held-out`. A sentence is right when its verbs are
 //! those marked, in any order; names may have alternatives (`{wave/wave_high|...}`). Verbs that rules exchange by number or
-//! side count as the same. What is impossible must be said.
+//! side count as the same; a described posture stands. What is impossible must be said.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,8 @@ use lifelike_language::grammar::Grammar;
 use lifelike_language::script::{Reader, Reading, Script};
 
 /// Verbs that numbers and sides exchange: steps that are counted, one limb in the place of two.
-const SAME: [(&str, &str); 7] = [
+const SAME: [(&str, &str); 8] = [
+    ("posture", "stand"),
     ("step_forward", "walk"),
     ("step_back", "walk_backward"),
     ("one_arm_out", "arms_to_sides"),

@@ -7,6 +7,8 @@ use crate::touch::Touch;
 
 /// Angle from which an arm is away from the body (degrees).
 const AWAY: f64 = 30.0;
+/// Hold from which it was asked for (s).
+const HELD: f64 = 1.95;
 /// Angle from which an elbow is bent (degrees).
 const BENT: f64 = 40.0;
 /// Largest angle (degrees), place of a foot (m) and hold (s).
@@ -89,7 +91,12 @@ impl Arm {
         };
         let degrees = if way == "down" { String::new() } else { format!(" {lifted:.0} degrees") };
         let elbow = if self.elbow > BENT { format!(", elbow bent {:.0}", self.elbow) } else { String::new() };
-        format!("{way}{degrees}{elbow}")
+        let forearm = match self.aside > 80.0 && (70.0..110.0).contains(&self.elbow) {
+            true if self.turn > BENT => ", forearm down",
+            true if self.turn < -BENT => ", forearm up",
+            _ => "",
+        };
+        format!("{way}{degrees}{elbow}{forearm}")
     }
 }
 
@@ -281,7 +288,7 @@ impl Posture {
                 .filter(|sink| *sink > 0.0)
                 .map(|sink| if sink > 0.1 { "knees bent" } else { "knees a little bent" }.to_string()),
         );
-        if self.hold >= 1.5 {
+        if self.hold >= HELD {
             all.push(format!("held {} s", self.hold));
         }
         all.join(", ")

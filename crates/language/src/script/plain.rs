@@ -6,7 +6,16 @@ use super::said::number;
 use super::split::is_participle;
 
 /// Phrases and plainer ones; an empty one says nothing.
-const PLAIN: [(&str, &str); 139] = [
+const PLAIN: [(&str, &str); 148] = [
+    ("a plie", "a sumo squat"),
+    ("hold it a seconds", "hold it for 1 seconds"),
+    ("hold a seconds", "hold for 1 seconds"),
+    ("hold for a beat", "hold for 1 seconds"),
+    (", a long one", "big"),
+    (", a big one", "big"),
+    (", a small one", "small"),
+    (", a tiny one", "small"),
+    ("no umbrella", "umbrella"),
     ("do the thing where you", ""),
     ("do that thing where you", ""),
     ("of course", ""),
@@ -166,6 +175,7 @@ const ENDS: [&str; 5] = [",", "|", "and", "then", "again"];
 /// Returns words in a plainer form.
 pub(super) fn plainly(mut words: Vec<String>) -> Vec<String> {
     words.retain(|word| word != "also");
+    words = ways_apart(without_robot(just_one(words)));
     words = without_what_stays(words);
     for (said, plain) in PLAIN {
         let said = split(said);
@@ -281,8 +291,79 @@ fn counted_seconds(mut words: Vec<String>) -> Vec<String> {
     words
 }
 
-/// "For a count of three": three seconds.
+/// Drops who is to do it: "the robot shall".
+fn without_robot(mut words: Vec<String>) -> Vec<String> {
+    const WHO: [&str; 8] = ["robot", "figure", "character", "humanoid", "dancer", "avatar", "actor", "person"];
+    const MODALS: [&str; 8] = ["shall", "should", "must", "will", "may", "can", "needs", "has"];
+    let from = usize::from(is_one_of(&words, 0, &["the", "a", "our", "this", "my"]));
+    if is_one_of(&words, from, &WHO) && is_one_of(&words, from + 1, &MODALS) {
+        words.drain(..from + 2);
+        let begins = is_one_of(&words, 0, &["to"]);
+        words.drain(..usize::from(begins));
+    }
+    words
+}
+
+/// "Old man walking to the bus": walking like one.
+pub(super) fn as_somebody(mut words: Vec<String>) -> Vec<String> {
+    const PEOPLE: [&str; 14] = [
+        "man", "woman", "lady", "person", "child", "kid", "guy", "king", "queen", "soldier", "grandpa", "grandma",
+        "toddler", "zombie",
+    ];
+    let from = usize::from(is_one_of(&words, 0, &["a", "an", "the"]));
+    let doing = words.iter().take(from + 4).position(|word| is_participle(word));
+    if let Some(doing) = doing.filter(|doing| *doing > from && is_one_of(&words, doing - 1, &PEOPLE)) {
+        let who: Vec<String> = words.drain(..doing).skip(from).collect();
+        words.splice(1..1, split("like a").into_iter().chain(who));
+    }
+    words
+}
+
+/// "Step left step right", "punch left, right, left": one after the other, each with its verb.
+fn ways_apart(mut words: Vec<String>) -> Vec<String> {
+    const WAYS: [&str; 8] = ["left", "right", "forward", "forwards", "back", "backward", "backwards", "up"];
+    let is_again = |words: &[String], at: usize| {
+        words[at] == words[at + 2] && is_one_of(words, at + 1, &WAYS) && is_one_of(words, at + 3, &WAYS)
+    };
+    let mut at = 0;
+    while at + 3 < words.len() {
+        if is_again(&words, at) && !WAYS.contains(&words[at].as_str()) {
+            words.insert(at + 2, ",".into());
+        }
+        let begins = at == 0 || JOINS.contains(&words[at - 1].as_str());
+        let ends = |at: usize| words.get(at).is_none_or(|word| JOINS.contains(&word.as_str()));
+        let lists = is_one_of(&words, at + 2, &[","]) && is_one_of(&words, at + 3, &WAYS[..2]) && ends(at + 4);
+        if begins && is_one_of(&words, at + 1, &WAYS[..2]) && lists && words[at + 1] != words[at + 3] {
+            words.splice(at + 2..at + 3, [",".to_string(), words[at].clone()]);
+        }
+        at += 1;
+    }
+    words
+}
+
+/// "A huge circle with the arm. Just one": once.
+fn just_one(mut words: Vec<String>) -> Vec<String> {
+    let is_last = |words: &[String], at: usize| words.get(at + 3).is_none_or(|word| JOINS.contains(&word.as_str()));
+    let is_count = |words: &[String], at: usize| {
+        is_one_of(words, at, &["|", ","])
+            && is_one_of(words, at + 1, &["just", "only"])
+            && is_one_of(words, at + 2, &["one", "once"])
+            && is_last(words, at)
+    };
+    if let Some(at) = (1..words.len()).find(|at| is_count(&words, *at)) {
+        words.splice(at..at + 3, ["once".to_string()]);
+    }
+    words
+}
+
+/// "For a count of three", "for three counts": three seconds.
 fn count_of_seconds(mut words: Vec<String>) -> Vec<String> {
+    let is_after = |words: &[String]| {
+        words[0] == "for" && number(&words[1]).is_some() && ["counts", "beats"].contains(&words[2].as_str())
+    };
+    while let Some(at) = words.windows(3).position(is_after) {
+        words[at + 2] = "seconds".into();
+    }
     let is_count = |words: &[String]| {
         ["a", "the"].contains(&words[0].as_str())
             && words[1] == "count"

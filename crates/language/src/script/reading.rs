@@ -6,7 +6,7 @@ use super::beside::without_negations;
 use super::learned::{Stretch, Taken};
 use super::mirrored::{add_mirror_image, divided};
 use super::phrases::{Fit, Meaning};
-use super::postures::{Segment, overlaid, segments};
+use super::postures::{Segment, described, overlaid, segments};
 use super::reader::{Before, MOST_WITHIN, Piece, Reader};
 use super::said::said;
 use super::situations::Reaction;
@@ -19,7 +19,7 @@ use crate::posture::Posture;
 /// Certainty from which the network is followed where rules leave words over, and where they do not. Chosen on sentences
 /// that the network was not trained on (`docs/results/language.md`).
 const OPEN: f64 = 0.1;
-const CLOSED: f64 = 0.45;
+const CLOSED: f64 = 0.55;
 /// Certainty below which a reading by the network is said to be a guess.
 const SURE: f64 = 0.5;
 /// Certainty below which a reading by the network does not take an action of the rules away: where they leave words over,
@@ -34,6 +34,11 @@ const ROW_OPEN: f64 = 0.2;
 const VERY_SURE: f64 = 0.8;
 /// Probability from which an action is named for words that were not understood.
 const NAMED: f64 = 0.1;
+
+/// Hold of a posture that nobody asked to hold, at most (s).
+const MOMENT: f64 = 1.9;
+/// Certainty from which a description by the network is followed where rules read it all otherwise.
+const DESCRIBED: f64 = 0.6;
 
 /// Most repetitions of a whole sentence.
 const MOST_REPEATED: u32 = 10;
@@ -112,15 +117,7 @@ impl Reader<'_> {
             return script;
         }
         let mut below = self.read_actions(&rest);
-        let free_arms = |verb: &str| {
-            self.grammar()
-                .verb(verb)
-                .is_ok_and(|verb| !matches!(verb.acts, Acts::Hand | Acts::Hands) && verb.name != "stand")
-        };
-        let stands = |clause: &&mut Clause| {
-            clause.actions.len() == 1 && clause.postures.is_empty() && free_arms(&clause.actions[0].verb)
-        };
-        let Some(last) = below.clauses.last_mut().filter(stands) else { return script };
+        let Some(last) = below.clauses.last_mut().filter(|last| self.has_free_arms(last)) else { return script };
         last.postures.push(posture);
         below.notes.extend(self.corrections(text));
         below
@@ -200,6 +197,12 @@ impl Reader<'_> {
             script.notes.push(note);
             return script;
         }
+        if network.clauses.iter().any(|clause| !clause.postures.is_empty())
+            && (certainty > DESCRIBED || certainty > OPEN && is_open(&rules))
+            && network.unknown.len() <= rules.unknown.len()
+        {
+            return network;
+        }
         let least = if is_open(&rules) { OPEN } else { CLOSED };
         // A movement that no verb is, by the network, may have parameters that rules read.
         let knows_less = !network.unknown.is_empty() && !is_open(&rules);
@@ -217,16 +220,26 @@ impl Reader<'_> {
         let has_mood = |script: &Script| {
             script.clauses.iter().flat_map(|clause| &clause.actions).any(|action| action.mood.is_some())
         };
-        let is_manner = knows_most
+        let is_manner = network.impossible.is_empty()
             && has_mood(&rules)
-            && !words.iter().any(|word| self.phrases.base(word) == "walk")
+            && (!is_open(&rules) || !words.iter().any(|word| self.phrases.base(word) == "walk"))
             && verbs(&network).iter().any(|verb| GAITS_OF_MOODS.contains(verb) && !verbs(&rules).contains(verb));
         // The network cannot name what is newer than it.
         let has_newer = knows_most && (verbs(&rules).iter().any(|verb| self.is_newer(verb)) || self.says_newer(text));
         // A piece of which a phrase says every word is no story around.
         let is_less = network.impossible.is_empty() && is_part(&verbs(&network), &verbs(&rules));
         let drops = !is_open(&rules) && is_less && self.drops(&words, &network);
-        let lacks = loses || knows_less || drops || self.keeps_row(&words, &rules, &network, certainty);
+        // "3 steps forward 2 steps back 1 jump": as many counts as actions.
+        let counted = |script: &Script| {
+            let actions = script.clauses.iter().flat_map(|clause| &clause.actions);
+            actions.filter(|action| action.count.is_some()).count()
+        };
+        let uncounted = !is_open(&rules) && counted(&rules) > 1 && counted(&network) < counted(&rules);
+        // "Punch left, right, left": the same verb again and again.
+        let again = verbs(&rules);
+        let is_row = again.len() > verbs(&network).len() && again.windows(2).all(|two| two[0] == two[1]);
+        let uncounted = uncounted || !is_open(&rules) && is_row;
+        let lacks = loses || uncounted || knows_less || drops || self.keeps_row(&words, &rules, &network, certainty);
         if is_same || lacks || has_newer || is_manner || certainty < least { rules } else { network }
     }
 
@@ -348,6 +361,7 @@ impl Reader<'_> {
                         script.notes.push(format!("'{text}' is taken for '{name}', {:.0}% sure", 100.0 * certainty));
                     }
                     self.perform(&mut script, &Piece { join, words, fit: Some(fit) }, &mut before, MOST_WITHIN);
+                    self.lead_by(&mut script, join);
                 }
                 // A phrase that says every word is known better.
                 Taken::Impossible if let Some(fit) = self.whole(&words) => {
@@ -366,9 +380,57 @@ impl Reader<'_> {
                     });
                 }
                 Taken::Other => script.unknown.push(words.join(" ")),
+                Taken::Posture => self.describe(&mut script, join, &words),
             }
         }
         ByNetwork { script, certainty, asking }
+    }
+
+    /// Adds a description of limbs: during the last action where a join says so and its arms are free, else after it.
+    fn describe(&self, script: &mut Script, join: Join, words: &[String]) {
+        let Some((mut clause, open)) = described(&self.phrases, words) else {
+            let piece = Piece { join, words: words.to_vec(), fit: self.fit(words) };
+            match piece.fit {
+                Some(_) => self.perform(script, &piece, &mut Before::default(), MOST_WITHIN),
+                None => script.unknown.push(words.join(" ")),
+            }
+            return;
+        };
+        let is_along = matches!(join, Join::While | Join::With);
+        let is_of_arms = matches!(&clause.postures[..], [posture] if posture.moves_only_arms());
+        match script.clauses.last_mut().filter(|last| is_along && is_of_arms && self.has_free_arms(last)) {
+            Some(last) => last.postures.append(&mut clause.postures),
+            None => script.clauses.push(clause),
+        }
+        // "Hands on the shoulders, and draw circles with the elbows".
+        for text in open {
+            let read = self.read_within(&text, MOST_WITHIN);
+            match is_open(&read) {
+                true => script.unknown.push(text),
+                false => script.append(read),
+            }
+        }
+    }
+
+    /// Returns whether a clause is one action whose arms may be somewhere.
+    fn has_free_arms(&self, clause: &Clause) -> bool {
+        let is_free = |verb: &str| {
+            let verb = self.grammar().verb(verb);
+            verb.is_ok_and(|verb| !matches!(verb.acts, Acts::Hand | Acts::Hands) && verb.name != "stand")
+        };
+        clause.actions.len() == 1 && clause.postures.is_empty() && is_free(&clause.actions[0].verb)
+    }
+
+    /// Puts arms that are described before an action into it: "hands behind the head, march".
+    fn lead_by(&self, script: &mut Script, join: Join) {
+        let [.., described, action] = &script.clauses[..] else { return };
+        let is_of_arms = described.is_only_postures()
+            && matches!(&described.postures[..], [posture] if posture.moves_only_arms() && posture.hold <= MOMENT);
+        if matches!(join, Join::Comma | Join::While) && is_of_arms && self.has_free_arms(action) {
+            let at = script.clauses.len() - 2;
+            let described = script.clauses.remove(at);
+            script.clauses[at].postures = described.postures;
+        }
     }
 
     /// Returns the verb or compound of which a phrase explains all words.

@@ -3,7 +3,7 @@
 use super::again::{done_again, elbow_to_knee, first_and_after, limbs_apart, off_after_turn, steps_apart};
 use super::manners::with_manners;
 use super::numbers::{with_digits, with_plain_numbers, with_units};
-use super::plain::plainly;
+use super::plain::{as_somebody, plainly};
 
 /// Relation of a piece to the one before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -194,7 +194,7 @@ pub(super) fn normal(text: &str) -> Vec<String> {
             words.splice(at..at + said.len(), [one.to_string()]);
         }
     }
-    let mut words = with_manners(likened(words));
+    let mut words = with_manners(likened(as_somebody(words)));
     // "The same time" is no unit.
     for at in 1..words.len() {
         if words[at - 1] == "same" && words[at] == "times" {

@@ -117,7 +117,7 @@ fn free_words_become_actions() {
         ),
         ("put on a hat, then take it off", "put on hat, both side; then take off hat, right side"),
         ("draw circles in the air with your left foot", "foot circle, left side, once"),
-        ("hop up and down and punch the air", "jump, in place, 3 times; then punch, right side, once"),
+        ("hop up and down and punch the air", "jump, in place, 3 times; then fist pump, right side"),
         ("shadow box for a bit", "jab cross, both side, 5 s"),
         ("turn in circle and flap the arms like bird", "flap, both side while: turn, to the left, 360 degrees"),
         ("turn around and wave", "turn, to the left, 180 degrees; then wave, right side"),
@@ -439,7 +439,7 @@ fn limbs_are_read_by_joint_and_place() {
         ("lift your right thigh until it is level with the floor, lower leg hanging down", "right foot up"),
         (
             "arms in a T, then bend the elbows so the hands point up",
-            "both arms to the side 93 degrees; then both arms to the side 88 degrees, elbow bent 90",
+            "both arms to the side 93 degrees; then both arms to the side 88 degrees, elbow bent 90, forearm up",
         ),
         (
             "right hand on left shoulder, left hand on right shoulder",
@@ -503,7 +503,10 @@ fn limbs_are_read_by_joint_and_place() {
         ("right heel up to your buttocks, left arm forward", "left arm ahead 90 degrees, right foot up behind"),
         ("both arms out to the front, elbows slightly bent", "both arms ahead 90 degrees"),
         ("elbows in, forearms pointing to the sides, palms up", "both arms down, elbow bent 90"),
-        ("raise your elbows to shoulder height, hands hanging down", "both arms to the side 88 degrees, elbow bent 90"),
+        (
+            "raise your elbows to shoulder height, hands hanging down",
+            "both arms to the side 88 degrees, elbow bent 90, forearm down",
+        ),
         (
             "right arm bent at the elbow with the fist by the shoulder, left arm hangs down",
             "left arm down, right arm to the side 64 degrees, elbow bent 129, touching the shoulder",
@@ -605,5 +608,22 @@ fn jumps_leave_the_ground_and_hops_in_place_need_a_leg() {
     let grammar = Grammar::builtin().unwrap();
     for (text, leaves) in [("jump twice", true), ("hop on the left foot", false), ("hop forward on one leg", true)] {
         assert_eq!(read(text).leaves_the_ground(&grammar), leaves, "{text}");
+    }
+}
+
+#[test]
+fn counts_and_corrections_after_a_sentence_are_of_its_action() {
+    for (text, expected) in [
+        ("make a huge circle with your right arm. just one", "arm circles, right side, once, big"),
+        ("step forward once with the left foot, a long one", "step forward, forward, once, big"),
+        ("bend at the waist by forty-five degrees and stay down for two counts", "trunk forward 45, held 2 s"),
+        ("The robot shall bow.", "bow"),
+        (
+            "left arm up, right arm up, both down",
+            "left arm up 160 degrees; then right arm up 160 degrees; then both arms down",
+        ),
+        ("do a zombie walk", "arms ahead, both side while: walk, forward, slow"),
+    ] {
+        assert_eq!(line(text), expected, "{text}");
     }
 }

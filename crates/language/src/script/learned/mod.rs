@@ -21,9 +21,10 @@ use super::phrases::Phrases;
 use crate::error::LanguageError;
 use crate::grammar::Grammar;
 
-/// Label of what nothing here can do, and of movements that no verb is.
+/// Label of what nothing here can do, of movements that no verb is, and of descriptions of limbs.
 const IMPOSSIBLE: &str = "impossible";
 const OTHER: &str = "other";
+const POSTURE: &str = "posture";
 const COMPOUND: &str = "compound ";
 
 /// Trains the network on marked sentences (`{wave|say hello} and {bow|bend low}`) and on the phrases of a grammar.
@@ -62,7 +63,7 @@ pub fn train_reader(
 fn labels(grammar: &Grammar, phrases: &Phrases) -> Vec<String> {
     let verbs = grammar.verbs.iter().map(|verb| verb.name.clone());
     let compounds = (0..phrases.compounds.len()).map(|number| format!("{COMPOUND}{number}"));
-    verbs.chain(compounds).chain([IMPOSSIBLE.to_string(), OTHER.to_string()]).collect()
+    verbs.chain(compounds).chain([IMPOSSIBLE, OTHER, POSTURE].map(str::to_string)).collect()
 }
 
 #[cfg(test)]
@@ -70,7 +71,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    /// Of the sentences held out, 78% are read as marked (`data/README.md`).
+    /// Of the sentences held out, 73% are read as marked (`data/README.md`).
     #[test]
     fn sentences_that_were_held_out_are_read_as_marked() {
         const MARKED: &str = include_str!("../../../data/sentences.txt");
@@ -81,8 +82,8 @@ mod tests {
         let unknown: Vec<&String> = network.labels.iter().filter(|label| !labels.contains(label)).collect();
         assert!(unknown.is_empty(), "train the reader again (`data/README.md`): no longer known are {unknown:?}");
         let number = |name: &str| network.labels.iter().position(|label| label == name);
-        let held_out: Vec<Sentence> =
-            MARKED.lines().skip(9).step_by(10).map(|line| Sentence::read(line, number).unwrap()).collect();
+        let read = MARKED.lines().skip(9).step_by(10).map(|line| Sentence::read(line, number).unwrap());
+        let held_out: Vec<Sentence> = read.filter(|one| !one.words.is_empty()).collect();
         let score = training::score(&network, &held_out);
         assert!(score.right as f64 > 0.7 * score.sentences as f64, "{score:?}");
         assert!(score.named[1] as f64 > 0.82 * score.named[0] as f64, "{score:?}");

@@ -3,7 +3,7 @@
 use std::sync::{LazyLock, OnceLock};
 
 use super::network::{Network, Packed, Span, most_likely};
-use super::{COMPOUND, IMPOSSIBLE, OTHER};
+use super::{COMPOUND, IMPOSSIBLE, OTHER, POSTURE};
 use crate::error::LanguageError;
 use crate::grammar::Grammar;
 use crate::script::phrases::Meaning;
@@ -36,6 +36,8 @@ pub(in crate::script) enum Taken {
     Impossible,
     /// A movement that no verb is.
     Other,
+    /// A description of limbs.
+    Posture,
 }
 
 /// Words of a sentence that ask for one action.
@@ -58,6 +60,7 @@ impl Learned {
             Some(number) => number.parse().ok().map(|number| Taken::For(Meaning::Compound(number))),
             None if label == IMPOSSIBLE => Some(Taken::Impossible),
             None if label == OTHER => Some(Taken::Other),
+            None if label == POSTURE => Some(Taken::Posture),
             None => {
                 let verb = grammar.verbs.iter().position(|verb| verb.name == *label);
                 verb.map(|verb| Taken::For(Meaning::Verb(verb)))

@@ -40,7 +40,7 @@ const JOINS: [&str; 20] = [
 ];
 
 impl Sentence {
-    /// Reads a marked sentence. `label` gives the number of a name.
+    /// Reads a marked sentence; one without words where a rule of [`normal`] rewrites a mark. `label` gives the number of a name.
     ///
     /// # Errors
     /// A brace that does not close, or a name without a number.
@@ -52,6 +52,9 @@ impl Sentence {
         while let Some((before, after)) = rest.split_once('{') {
             let (inside, after) = after.split_once('}').ok_or_else(|| format!("'{text}': a brace is not closed"))?;
             let (name, words) = inside.split_once('|').ok_or_else(|| format!("'{text}': expected {{name|words}}"))?;
+            if words.contains('{') {
+                return Err(format!("'{text}': nested braces"));
+            }
             labels.push(label(name.trim()).ok_or_else(|| format!("'{text}': no action '{name}'"))?);
             plain += &format!("{before} {OPEN} {words} {CLOSE} ");
             rest = after;
@@ -65,7 +68,8 @@ impl Sentence {
                 OPEN => start = Some(own.words.len()),
                 CLOSE => {
                     let from = start.take().unwrap_or(own.words.len());
-                    let label = labels.next().ok_or_else(|| format!("'{text}': nested braces"))?;
+                    // A rule that rewrites a mark takes the sentence away.
+                    let Some(label) = labels.next() else { return Ok(Self::default()) };
                     let last = own.words[from..].iter().rposition(|word| word != "|" && word != ",");
                     if let Some(last) = last {
                         own.spans.push((from..from + last + 1, label));
@@ -74,7 +78,7 @@ impl Sentence {
                 _ => own.words.push(word),
             }
         }
-        Ok(own)
+        Ok(if labels.next().is_some() || start.is_some() { Self::default() } else { own })
     }
 
     /// Returns the class of each word: 0 outside of actions, 1 where one begins, 2 within.

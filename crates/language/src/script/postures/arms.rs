@@ -1,6 +1,6 @@
 //! Arms: where hands go, and how elbows bend.
 
-use super::{ARMS, Context, ELBOWS, FOREARMS, Words, side_of};
+use super::{ARMS, Context, ELBOWS, FOREARMS, LEGS, Words, side_of};
 use crate::facts::{Side, Size};
 use crate::posture::{Arm, Foot, Posture, Turn};
 use crate::touch::Touch;
@@ -10,6 +10,8 @@ const UP: f64 = 162.0;
 const LEVEL: f64 = 90.0;
 /// Lean of the trunk with which hands reach a knee (degrees).
 const STOOP: f64 = 38.0;
+/// Lean of the trunk to a hand that slides down a leg (degrees).
+const SLID: f64 = 20.0;
 
 /// Reads arms. Returns whether no verb's phrase says as much.
 pub(super) fn arms(piece: &Words<'_>, context: &mut Context, posture: &mut Posture) -> Option<bool> {
@@ -28,9 +30,23 @@ pub(super) fn arms(piece: &Words<'_>, context: &mut Context, posture: &mut Postu
     };
     let is_joint = piece.has(&ELBOWS) || piece.has(&FOREARMS) || is_bent;
     let is_same = !names || is_joint && !piece.has(&["a", "an", "one"]) && context.arms != Some(Side::Both);
-    let side = side_of(piece, plural && piece.said.side.is_none(), context.arms).or(context.arms.filter(|_| is_same));
+    // "Until it rests on the right shoulder": the shoulder's side.
+    let places = ["shoulder", "hip", "knee", "thigh", "ear"];
+    let is_of_place = !names
+        && context.arms.is_some()
+        && places.into_iter().any(|place| piece.has_row(&["left", place]) || piece.has_row(&["right", place]));
+    let said = side_of(piece, plural && piece.said.side.is_none(), context.arms).filter(|_| !is_of_place);
+    let side = said.or(context.arms.filter(|_| is_same));
     // "An arm": the right one.
     let side = side.or(names.then_some(Side::Right))?;
+    // "Slide the hand down along the leg": the trunk bends to it.
+    if piece.has(&["slide"]) && piece.has(&LEGS) && piece.has(&["down"]) && side != Side::Both {
+        let roll = if side == Side::Left { -SLID } else { SLID };
+        posture.trunk = Some(Turn { roll, ..Turn::default() });
+        posture.arm(side).into_iter().flatten().for_each(|own| *own = Some(Arm::HANGING));
+        context.arms = Some(side);
+        return Some(true);
+    }
     let (arm, touch, detail) = arm(piece, context, side)?;
     context.arms = Some(side);
     // Knees that are lifted come to the hands.

@@ -86,7 +86,7 @@ pub(super) fn legs(piece: &Words<'_>, context: &mut Context, posture: &mut Postu
     if plural && piece.has(&["apart", "wide", "wider", "width"]) {
         // "Shoulder width apart" is hardly wider than people stand.
         let is_narrow = piece.has(&["width", "hip", "hips"]) && !piece.has(&["wider"]);
-        let way = if is_narrow { 0.04 } else { 0.11 };
+        let way = if is_narrow { 0.04 } else { 0.15 };
         (posture.left_foot, posture.right_foot) =
             (Some(Foot { to: [0.0, way], height: 0.0 }), Some(Foot { to: [0.0, -way], height: 0.0 }));
         if is_narrow {

@@ -19,19 +19,21 @@ use super::phrases::Phrases;
 use super::said::{Said, said};
 use super::spelling::spelt;
 use super::split::{Join, is_participle, normal, pieces};
-use crate::facts::{Mood, Side, Speed};
+use crate::facts::{Direction, Mood, Side, Speed};
 use crate::posture::{Arm, Foot, Posture, Turn};
 use crate::touch::Touch;
 
 /// Duration of a hold on the way (s), of the last one, and of one that is said without a time.
 const ON_THE_WAY: f64 = 0.6;
-const AT_THE_END: f64 = 1.2;
+const AT_THE_END: f64 = 1.9;
 const HELD: f64 = 3.0;
 /// Share of a head's roll that the trunk shows: most necks of robots do not roll.
 const LEANS: f64 = 0.8;
 /// Lean forward of hanging shoulders, and back of a chest that is stuck out (degrees).
 const SLUMP: f64 = 10.0;
 const CHEST_OUT: f64 = 6.0;
+/// Lean of a trunk whose hips go to the other side (degrees).
+const HIPS: f64 = 10.0;
 
 /// Fewest movements in a row that are postures beside other actions.
 const IN_A_ROW: usize = 2;
@@ -112,6 +114,8 @@ struct Row {
     context: Context,
     moves: usize,
     is_detailed: bool,
+    /// True where a later piece puts limbs down again: each goes up by itself.
+    returns: bool,
 }
 
 impl Row {
@@ -126,7 +130,7 @@ impl Row {
             piece.has(&ELBOWS) || piece.has(&FOREARMS) || piece.has(&["upper"]) || is_height && !piece.names_limb();
         let is_along = match join {
             Join::While | Join::With => true,
-            Join::Comma => !read.moves && !self.steps_on(&read.posture),
+            Join::Comma => !read.moves && !self.returns && !self.steps_on(&read.posture),
             // "Raise the left arm and lift the right knee": limbs that both go somewhere do so at once.
             Join::And => !read.moves || self.goes_along(&read.posture) && !piece.has(&["then", "both", "them", "it"]),
             Join::Then => false,
@@ -186,7 +190,8 @@ impl Row {
     fn clause(mut self) -> Clause {
         let last = self.postures.len().saturating_sub(1);
         for (number, posture) in self.postures.iter_mut().enumerate() {
-            posture.hold = posture.hold.max(if number == last { AT_THE_END } else { ON_THE_WAY });
+            let is_held = number == last && !is_down(posture);
+            posture.hold = posture.hold.max(if is_held { AT_THE_END } else { ON_THE_WAY });
         }
         Clause::of_postures(self.postures)
     }
@@ -208,10 +213,11 @@ pub(super) fn segments(
     let mut at = 0;
     let mut surely = false;
     while at < pieces.len() {
-        let mut row = Row::default();
+        let returns = pieces.iter().skip(at + 1).any(|(_, piece)| puts_back(piece));
+        let mut row = Row { returns, ..Row::default() };
         let mut end = at;
         while let Some((join, words)) = pieces.get(end) {
-            let bases = words.iter().map(|word| phrases.base(word)).collect();
+            let bases = words.iter().map(|word| base(phrases, word)).collect();
             // "OK so:", "like Julie Andrews on the hill": what asks for nothing.
             let opens = end == 0 && only_stands(words, pieces.get(1));
             let says_nothing = words.iter().all(|word| phrases.filler.contains(word)) || likens(words) || opens;
@@ -247,6 +253,51 @@ pub(super) fn segments(
         Segment::Postures(_) => true,
     };
     (out.iter().any(|one| matches!(one, Segment::Postures(_))) && out.iter().all(is_sure)).then_some(out)
+}
+
+/// Reads words that describe limbs, by the network, with those that no rule knows left out. Returns the postures and the pieces
+/// that say nothing; nothing where none is read.
+pub(super) fn described(phrases: &Phrases, words: &[String]) -> Option<(Clause, Vec<String>)> {
+    let pieces = with_limbs(pieces(words));
+    let returns = pieces.iter().skip(1).any(|(_, piece)| puts_back(piece));
+    let mut row = Row { returns, ..Row::default() };
+    let mut open = Vec::new();
+    for (join, piece) in pieces {
+        let bases: Vec<String> = piece.iter().map(|word| base(phrases, word)).collect();
+        let whole = Words { words: &piece, bases, said: said(&piece) };
+        let known: Vec<String> = piece
+            .iter()
+            .zip(&whole.bases)
+            .filter(|(word, base)| whole.is_known(word, base))
+            .map(|p| p.0.clone())
+            .collect();
+        let bases = known.iter().map(|word| base(phrases, word)).collect();
+        let is_read = !known.is_empty() && row.add(join, &Words { words: &known, bases, said: said(&known) });
+        if !is_read {
+            let rest: Vec<&str> =
+                piece.iter().map(String::as_str).filter(|word| !phrases.filler.contains(*word)).collect();
+            open.extend((!rest.is_empty()).then(|| rest.join(" ")));
+        }
+    }
+    (!row.postures.is_empty()).then(|| (row.clause(), open))
+}
+
+/// Returns the base form of a word, verbs of limbs included that no phrase has: "tipping" is "tip".
+fn base(phrases: &Phrases, word: &str) -> String {
+    let base = phrases.base(word);
+    let stem = word.strip_suffix("ing").or(word.strip_suffix("ed")).filter(|_| base == word);
+    let forms = stem.into_iter().flat_map(|stem| {
+        let mut undoubled = stem.to_string();
+        undoubled.pop();
+        [stem.to_string(), format!("{stem}e"), undoubled]
+    });
+    forms.into_iter().find(|form| MOVES.contains(&form.as_str())).unwrap_or(base)
+}
+
+/// Returns whether a piece puts limbs back that others moved: "both down". Commas before it are one after the other.
+fn puts_back(piece: &[String]) -> bool {
+    let has = |all: &[&str]| piece.iter().any(|word| all.contains(&word.as_str()));
+    has(&["down", "lower", "drop"]) && has(&["both", "them", "all", "everything"])
 }
 
 /// Returns whether words before a description only say that somebody stands: "stand with", "from standing,".
@@ -319,7 +370,7 @@ pub(super) fn overlaid(phrases: &Phrases, text: &str) -> Option<(String, Posture
     let mut found: Option<Posture> = None;
     let mut is_detailed = false;
     for (number, (join, words)) in pieces.iter().enumerate() {
-        let bases: Vec<String> = words.iter().map(|word| phrases.base(word)).collect();
+        let bases: Vec<String> = words.iter().map(|word| base(phrases, word)).collect();
         if number > 0 && likens(words) {
             continue;
         }
@@ -392,8 +443,9 @@ fn read(whole: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
         return Some(Read { posture, moves: false, is_detailed: false });
     }
     // "Come back up": the trunk and the knees, not what was lifted.
-    let rises = ["come", "comes", "get", "back", "up", "straighten", "again", "then"];
-    if follows && piece.has(&["up"]) && piece.words.iter().all(|word| rises.contains(&word.as_str())) {
+    let rises = ["come", "comes", "get", "go", "back", "up", "straighten", "again", "then", "upright", "and"];
+    let comes = piece.has(&["up", "upright"]) || piece.has(&["come", "go", "get"]) && piece.has(&["back"]);
+    if follows && comes && piece.words.iter().all(|word| rises.contains(&word.as_str())) {
         // Hands that reach down come along.
         if context.before.sink.is_some() && context.before.touches.is_some() {
             posture = standing(&context.before);
@@ -443,7 +495,10 @@ fn read(whole: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
         && verb.is_none()
         && ["lean", "tilt"].contains(&context.last_verb.as_str())
         && said.side.is_some();
-    if returns || lowers && has_both {
+    if let Some(turn) = hips_aside(piece).filter(|_| !names_limb) {
+        posture.trunk = Some(turn);
+        detail = true;
+    } else if returns || lowers && has_both {
         posture = standing(&context.before);
     } else if slumps(piece) && !piece.names_limb() {
         posture.trunk = Some(Turn { pitch: SLUMP, ..Turn::default() });
@@ -498,9 +553,18 @@ fn steps_foot(piece: &Words<'_>) -> bool {
     objects.take(1).any(|word| word == "foot" || word == "leg")
 }
 
+/// Returns the lean of a trunk whose hips go to a side: to the other one.
+fn hips_aside(piece: &Words<'_>) -> Option<Turn> {
+    let goes = piece.has(&["hip", "hips", "pelvis"])
+        && piece.has(&["push", "pushed", "shift", "shifted", "out", "jut", "stick"]);
+    let side = piece.said.direction.filter(|_| goes && !piece.has(&["on", "at", "height"]))?;
+    let roll = if side == Direction::Right { -HIPS } else { HIPS };
+    matches!(side, Direction::Left | Direction::Right).then(|| Turn { roll, ..Turn::default() })
+}
+
 /// Returns whether a piece lets the shoulders drop.
 fn slumps(piece: &Words<'_>) -> bool {
-    const DROPS: [&str; 7] = ["drop", "hang", "sink", "fall", "relax", "round", "hunch"];
+    const DROPS: [&str; 9] = ["drop", "hang", "sink", "fall", "relax", "round", "hunch", "rolled", "slumped"];
     piece.has(&["shoulders"]) && piece.has(&DROPS) && !piece.has(&["height", "level"])
 }
 

@@ -157,7 +157,12 @@ pub(super) const PLACES: [&str; 79] = [
     "tummy",
 ];
 /// Words that say nothing by themselves.
-pub(super) const FILLERS: [&str; 138] = [
+pub(super) const FILLERS: [&str; 143] = [
+    "pelvis",
+    "rolled",
+    "slumped",
+    "shifted",
+    "upright",
     "till",
     "around",
     "roughly",
