@@ -77,7 +77,8 @@ pub fn ensure(folder: &Path) -> Result<PathBuf, String> {
     let wheel = platform.wheel.download()?;
     let count = unpack(&wheel, &folder, |name| {
         let inside = name.strip_prefix("mujoco/");
-        let header = inside.filter(|n| n.starts_with("include/mujoco/") && n.ends_with(".h")).map(PathBuf::from);
+        let header =
+            inside.filter(|n| n.starts_with("include/mujoco/mj") || *n == "include/mujoco/mujoco.h").map(PathBuf::from);
         let library = inside.filter(|n| *n == platform.library).map(|n| Path::new("lib").join(n));
         let licence = name.contains(".dist-info/licenses/").then(|| name.rsplit('/').next()).flatten();
         header.or(library).or(licence.map(|n| Path::new("licences").join(n)))
