@@ -32,11 +32,10 @@ python_tools() {
     "$tools/bin/pip" install -q "$@" && PATH="$tools/bin:$PATH"
 }
 
-# MuJoCo and the robots that gates measure; later cargo commands link it.
+# MuJoCo and the robots that gates measure.
 mujoco() {
     cargo xtask mujoco
     cargo xtask fetch unitree_g1 --without-meshes
     cargo xtask fetch dm_control
-    export MUJOCO_DYNAMIC_LINK_DIR="$PWD/third_party/mujoco/lib"
-    export LD_LIBRARY_PATH="$MUJOCO_DYNAMIC_LINK_DIR${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}"
+    export LIFELIKE_MUJOCO="$PWD/third_party/mujoco/lib"
 }

@@ -1,13 +1,9 @@
 #!/usr/bin/env bash
-# Clippy with and without MuJoCo, and rustdoc's own lints: broken links are errors.
+# Clippy, and rustdoc's own lints: broken links are errors.
 . "$(dirname "$0")/../common.sh"
 cargo clippy --version >/dev/null 2>&1 || rustup component add clippy
 
-step "lints with MuJoCo"
-mujoco
-cargo clippy --locked --release --workspace --all-targets --features lifelike/mujoco -- -D warnings
-
-step "lints without MuJoCo"
+step "lints"
 cargo clippy --locked --release --workspace --all-targets -- -D warnings
 
 # Pages of modules name their private parts: they are read in the source, too.

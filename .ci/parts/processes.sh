@@ -4,8 +4,7 @@
 step "several processes"
 packages=(libopenmpi-dev openmpi-bin libclang-dev)
 if command -v mpicc >/dev/null || debian "${packages[@]}"; then
-    mujoco
-    cargo test --locked --release --workspace --features lifelike/mujoco,lifelike/mpi --test processes
+    cargo test --locked --release --workspace --features lifelike/mpi --test processes
 else
     not_run "no MPI here, and it may not be installed (Debian: ${packages[*]})"
 fi

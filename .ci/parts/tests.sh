@@ -4,7 +4,7 @@
 
 # The engine's gates against MuJoCo and its promises, with the instruction set of LIFELIKE_SIMD.
 gates() {
-    cargo test --locked --release --workspace --features lifelike/mujoco --test all -- \
+    cargo test --locked --release --workspace --test all -- \
         oracle_contact:: oracle_engine:: oracle_constraint_wrenches:: oracle_closure:: oracle_coupling:: \
         contract_engines:: contract_augmented:: contract_robots::
 }
@@ -19,7 +19,7 @@ step "tests: the README's second command, oracles included"
 log="$(mktemp)"
 trap 'rm -f "$log"' EXIT
 status=0
-cargo xtask test --mujoco --locked 2>&1 | tee "$log" || status=$?
+cargo xtask test --locked 2>&1 | tee "$log" || status=$?
 
 step "summary"
 grep -E '^test result:|^error|FAILED|panicked' "$log" || true
@@ -28,7 +28,7 @@ awk '/^test result:/ { passed += $4; failed += $6; ignored += $8 }
 [ "$status" -eq 0 ] || exit "$status"
 
 step "other people's robots"
-cargo test --locked --release --workspace --features lifelike/mujoco --test all -- --ignored fetched_robots
+cargo test --locked --release --workspace --test all -- --ignored fetched_robots
 
 # The tests above built the program.
 lifelike="$target/release/lifelike"

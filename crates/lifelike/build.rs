@@ -1,27 +1,17 @@
-//! Lets this package's own programs (tests, benches, examples) find the MuJoCo library where `cargo xtask mujoco` put it.
-//! Cargo passes no linker arguments on to the packages above, so each package with programs has this file.
-//! This one also says which version it is of: commit and features.
+//! Says which version this is: commit and features.
 
 use std::process::Command;
 
 /// Optional features that `--version` names.
-const FEATURES: [&str; 2] = ["mujoco", "mpi"];
+const FEATURES: [&str; 2] = ["dds", "mpi"];
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-env-changed=LIFELIKE_COMMIT");
     println!("cargo::rustc-env=LIFELIKE_VERSION={}", version());
-    println!("cargo::rerun-if-env-changed=MUJOCO_DYNAMIC_LINK_DIR");
-    if std::env::var_os("CARGO_FEATURE_MUJOCO").is_none() || std::env::var_os("CARGO_CFG_UNIX").is_none() {
-        return;
-    }
-    let folder = std::env::var_os("MUJOCO_DYNAMIC_LINK_DIR").map(std::path::PathBuf::from);
-    if let Some(folder) = folder.and_then(|folder| std::path::absolute(folder).ok()) {
-        println!("cargo::rustc-link-arg=-Wl,-rpath,{}", folder.display());
-    }
 }
 
-/// Version, commit and features, as in `0.1.0 (23f8333; mujoco)`. The commit is LIFELIKE_COMMIT, or that of the checkout when this
+/// Version, commit and features, as in `0.1.0 (23f8333; mpi)`. The commit is LIFELIKE_COMMIT, or that of the checkout when this
 /// was last run: a new commit alone compiles nothing anew.
 fn version() -> String {
     let commit = std::env::var("LIFELIKE_COMMIT").ok().or_else(|| {

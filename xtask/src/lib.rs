@@ -3,7 +3,6 @@
 pub mod build;
 pub mod dist;
 pub mod docs;
-pub mod mujoco;
 
 use std::path::{Path, PathBuf};
 

@@ -2,16 +2,14 @@
 
 use std::process::ExitCode;
 
-use lifelike_fetch::text_model;
-use xtask::{build, dist, docs, mujoco};
+use lifelike_fetch::{mujoco, text_model};
+use xtask::{build, dist, docs};
 
 const HELP: &str = "\
 cargo xtask COMMAND
 
   demo [ARGUMENTS]    build what the demo needs (no training), run `lifelike demo` with these arguments
-  test [--mujoco] [ARGUMENTS]
-                      run every test, with --mujoco also those that ask MuJoCo, on other people's robots too (both
-                      fetched for it); arguments go to `cargo test`
+  test [ARGUMENTS]    run every test; MuJoCo and other people's robots are fetched for it; arguments go to `cargo test`
   mujoco              fetch MuJoCo 3.17.0 into third_party/mujoco and check it (needs python3 with pip, once)
   fetch NAME          fetch somebody else's robot into third_party/robots (unitree_g1 [--without-meshes], dm_control),
                       or the text encoder of text to motion into third_party/minilm (minilm, 83 MB)
@@ -29,7 +27,7 @@ fn main() -> ExitCode {
     let done = match arguments.first().map(String::as_str) {
         Some("demo") => build::demo(rest),
         Some("test") => build::test(rest),
-        Some("mujoco") => mujoco::ensure().map(|_| ()),
+        Some("mujoco") => mujoco::ensure(&xtask::third_party()).map(|_| ()),
         Some("fetch") => fetch(rest),
         Some("dist") => dist::dist(),
         Some("docs") => docs::build(rest.first()),

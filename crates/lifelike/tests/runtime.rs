@@ -88,7 +88,6 @@ fn a_run_over_a_bad_wire_is_recorded_replayed_and_reported() {
 }
 
 /// The robot's engine is MuJoCo, and so is nobody else's: the runtime sees packets.
-#[cfg(feature = "mujoco")]
 #[test]
 fn a_robot_in_mujoco_stands_and_walks_over_a_bad_wire() {
     let folder = tempfile::tempdir().unwrap();

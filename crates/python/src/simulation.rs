@@ -17,7 +17,7 @@ use crate::robot::{Robot, RobotLike};
 ///
 /// The arrays of the state are read-only views over the engine's memory, float32, one row per environment. Every step and
 /// reset writes new values into them; copy what has to stay. A view keeps its simulation alive.
-/// `engine` is `lifelike`, or `mujoco` in a build that has it. `threads` 0 is one per processor; results do not depend on it.
+/// `engine` is `lifelike`, or `mujoco` after `lifelike fetch mujoco`. `threads` 0 is one per processor; results do not depend on it.
 ///
 /// Methods release the GIL while physics runs. A second thread that uses the same object meanwhile gets `RuntimeError`.
 /// Views that it already has may then be read, but mix values of two steps.

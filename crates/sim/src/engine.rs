@@ -62,7 +62,6 @@ use profile::Counted;
 use profiler::Profiler;
 use vector_engine::{AnyVectors, VectorEngine};
 
-#[cfg(feature = "mujoco")]
 pub(crate) use surface::{SOLIMP, SOLREF};
 pub use unsupported::unsupported;
 

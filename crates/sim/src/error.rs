@@ -51,12 +51,12 @@ pub enum SimError {
         /// Names of all engines.
         known: String,
     },
-    /// An engine that this build lacks.
-    #[error("this build has no '{name}': {hint}")]
+    /// An engine whose library is missing.
+    #[error("engine '{name}' is not available: {hint}")]
     EngineUnavailable {
         /// The name.
         name: &'static str,
-        /// Way to get it.
-        hint: &'static str,
+        /// The missing file, and the way to get it.
+        hint: String,
     },
 }

@@ -3,8 +3,8 @@
 //! The main path: [`SimulationSpec`] (engine, ground, number of environments, threads) → [`Simulation`] (the trait of every
 //! engine) → [`BatchState`] (its outputs, structure of arrays). Around it: [`randomization`] (thesis 4.2.2) and [`Terrain`].
 //!
-//! Engines are declared in one place, [`EngineKind`]: our own ([`engine`]), and MuJoCo behind a cargo feature as its oracle
-//! and for a second opinion. Each is an [`Engine`] with the shared bookkeeping of [`Batched`] around it.
+//! Engines are declared in one place, [`EngineKind`]: our own ([`engine`]), and MuJoCo as its oracle and for a second
+//! opinion. Each is an [`Engine`] with the shared bookkeeping of [`Batched`] around it.
 
 pub mod augmented;
 pub mod batch;
@@ -16,14 +16,12 @@ pub mod engine;
 pub mod error;
 pub mod fallen;
 mod ground;
-#[cfg(feature = "mujoco")]
 pub mod mujoco;
 pub mod randomization;
 pub mod registry;
 mod rows;
 pub mod simulation;
 pub mod terrain;
-#[cfg(feature = "testing")]
 pub mod testing;
 pub mod throughput;
 pub mod trace;
@@ -37,7 +35,6 @@ pub use constraint_wrenches::ConstraintWrenches;
 pub use engine::LifelikeSimulation;
 pub use error::SimError;
 pub use ground::Ground;
-#[cfg(feature = "mujoco")]
 pub use mujoco::MujocoSimulation;
 pub use registry::{EngineKind, SimulationSpec};
 pub use simulation::{Drive, Simulation};

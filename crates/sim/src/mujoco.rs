@@ -1,5 +1,6 @@
 //! MuJoCo 3.17.
 //!
+//! [`library`] finds and opens the shared library, [`native`] has its types.
 //! The main path: [`model`] → [`worker`] → [`wrenches`] (constraint forces, without those of [`closures`]). [`model`]
 //! is the text that MuJoCo compiles, with the indices of the robot's parts. A [`worker`] is one thread's model and
 //! data: it loads an environment, steps it and stores it.
@@ -9,8 +10,10 @@
 //! therefore bit-identical for any number of threads and any place in the batch.
 
 mod closures;
-mod log;
+mod fields;
+mod library;
 mod model;
+pub mod native;
 mod tuning;
 mod worker;
 mod wrenches;
@@ -28,6 +31,7 @@ use crate::rows::{self, Rows, Sizes};
 use crate::simulation::Drive;
 use crate::terrain::Terrain;
 use crate::workers::Workers;
+pub use library::{VARIABLE, VERSION, find, library};
 use model::Layout;
 use tuning::Tuning;
 use worker::Worker;
@@ -62,8 +66,8 @@ impl MujocoSimulation {
     /// sensors, no automatic reset. Euler takes the place of Runge-Kutta, which would integrate friction explicitly.
     ///
     /// # Errors
-    /// [`SimError::Model`] when the character has no MJCF text, MuJoCo refuses it, or its bodies and joints are not the
-    /// character's.
+    /// [`SimError::EngineUnavailable`] where there is no library. [`SimError::Model`] when the character has no MJCF text,
+    /// MuJoCo refuses it, or its bodies and joints are not the character's.
     pub fn new(robot: Arc<Robot>, environments: usize, threads: usize) -> Result<Self, SimError> {
         Self::on(None, robot, environments, threads)
     }

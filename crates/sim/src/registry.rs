@@ -1,4 +1,4 @@
-//! The engines of this build, each declared once.
+//! The engines, each declared once.
 
 use std::fmt;
 use std::str::FromStr;
@@ -14,11 +14,8 @@ use crate::terrain::Terrain;
 /// Makes a simulation as a spec asks for.
 type Builder = fn(&SimulationSpec, Arc<Robot>) -> Result<Box<dyn Simulation>, SimError>;
 
-/// A builder, or how to get a build that has it.
-type Declared = Result<Builder, &'static str>;
-
 macro_rules! engines {
-    ($($(#[$doc:meta])* $kind:ident, $name:literal, $builder:expr;)+) => {
+    ($($(#[$doc:meta])* $kind:ident, $name:literal, $builder:expr, $available:expr;)+) => {
         /// A physics engine. As text, on the command line and in plans, it is its name.
         #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
         pub enum EngineKind {
@@ -26,7 +23,7 @@ macro_rules! engines {
         }
 
         impl EngineKind {
-            /// All engines, those that this build lacks included.
+            /// All engines, those whose library is missing included.
             pub const ALL: &'static [Self] = &[$(Self::$kind),+];
 
             /// Returns its name.
@@ -36,9 +33,19 @@ macro_rules! engines {
                 }
             }
 
-            fn declared(self) -> Declared {
+            fn builder(self) -> Builder {
                 match self {
                     $(Self::$kind => $builder,)+
+                }
+            }
+
+            /// Returns an error that says how to get this engine if its library is missing.
+            ///
+            /// # Errors
+            /// [`SimError::EngineUnavailable`].
+            pub fn available(self) -> Result<(), SimError> {
+                match self {
+                    $(Self::$kind => $available,)+
                 }
             }
         }
@@ -49,10 +56,10 @@ macro_rules! engines {
 engines! {
     /// Our own: MuJoCo's model of the dynamics on vectors of environments.
     #[default]
-    Lifelike, "lifelike", Ok(lifelike);
+    Lifelike, "lifelike", lifelike, Ok(());
 
-    /// MuJoCo, with the cargo feature `mujoco`.
-    Mujoco, "mujoco", MUJOCO;
+    /// MuJoCo, whose library is opened at run time.
+    Mujoco, "mujoco", mujoco, crate::mujoco::library().map(|_| ());
 }
 
 fn lifelike(spec: &SimulationSpec, robot: Arc<Robot>) -> Result<Box<dyn Simulation>, SimError> {
@@ -63,28 +70,9 @@ fn lifelike(spec: &SimulationSpec, robot: Arc<Robot>) -> Result<Box<dyn Simulati
     }))
 }
 
-#[cfg(feature = "mujoco")]
-const MUJOCO: Declared = Ok(|spec, robot| {
+fn mujoco(spec: &SimulationSpec, robot: Arc<Robot>) -> Result<Box<dyn Simulation>, SimError> {
     let terrain = spec.terrain.as_deref();
     Ok(Box::new(crate::mujoco::MujocoSimulation::on(terrain, robot, spec.environments, spec.threads)?))
-});
-
-#[cfg(not(feature = "mujoco"))]
-const MUJOCO: Declared = Err("leave the engine away for our own physics, or fetch MuJoCo once and build with it: \
-         cargo xtask mujoco; cargo run --release --features mujoco --bin lifelike -- ...");
-
-impl EngineKind {
-    /// Returns an error that says how to get this engine if this build lacks it.
-    ///
-    /// # Errors
-    /// [`SimError::EngineUnavailable`].
-    pub fn available(self) -> Result<(), SimError> {
-        self.checked_builder().map(|_| ())
-    }
-
-    fn checked_builder(self) -> Result<Builder, SimError> {
-        self.declared().map_err(|hint| SimError::EngineUnavailable { name: self.name(), hint })
-    }
 }
 
 impl fmt::Display for EngineKind {
@@ -140,8 +128,8 @@ impl SimulationSpec {
     /// Builds the simulation of a robot, every environment in the robot's default pose.
     ///
     /// # Errors
-    /// [`SimError::EngineUnavailable`] when this build lacks the engine, and what the engine cannot simulate.
+    /// [`SimError::EngineUnavailable`] when the engine's library is missing, and what the engine cannot simulate.
     pub fn build(&self, robot: Arc<Robot>) -> Result<Box<dyn Simulation>, SimError> {
-        self.engine.checked_builder()?(self, robot)
+        self.engine.builder()(self, robot)
     }
 }

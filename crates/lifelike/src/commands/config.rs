@@ -1,5 +1,6 @@
 //! `lifelike config`: where the program keeps what.
 
+use lifelike_sim::mujoco;
 use serde_json::json;
 
 use crate::error::CliError;
@@ -23,7 +24,8 @@ pub fn run(_args: &Args, output: &Output) -> Result<(), CliError> {
             json!({ "name": network.name, "kind": network.kind.name(), "file": network.file, "bytes": size, "terms": network.terms })
         })
         .collect();
-    let value = json!({ "data": data, "cache": cache, "networks": networks });
+    let library = mujoco::find();
+    let value = json!({ "data": data, "cache": cache, "mujoco": library.as_ref().ok(), "networks": networks });
     output.result(&value, || {
         let rows: Vec<Vec<String>> = shipped::all()
             .map(|network| {
@@ -33,9 +35,13 @@ pub fn run(_args: &Args, output: &Output) -> Result<(), CliError> {
             })
             .collect();
         format!(
-            "fetched robots and models  {}  (XDG_DATA_HOME)\nnetworks written to disk   {}  (XDG_CACHE_HOME)\n\n{}",
+            "fetched robots and models  {}  (XDG_DATA_HOME)\nnetworks written to disk   {}  (XDG_CACHE_HOME)\n\
+             MuJoCo {}              {}  ({})\n\n{}",
             data.display(),
             cache.display(),
+            mujoco::VERSION,
+            library.as_ref().map_or_else(|_| "lifelike fetch mujoco".into(), |path| path.display().to_string()),
+            mujoco::VARIABLE,
             table(&["network", "kind", "MB", "terms"], &rows)
         )
     })

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use lifelike_fetch::text_model;
+use lifelike_fetch::{mujoco, text_model};
 use lifelike_robot::load::{FETCHED, G1_PROFILE};
 use serde_json::json;
 
@@ -11,7 +11,7 @@ use crate::folders;
 use crate::next::NextCommand;
 use crate::output::Output;
 
-/// Fetch somebody else's robot or text encoder, once, checked by its digest.
+/// Fetch somebody else's robot, text encoder or physics engine, once, checked by its digest.
 ///
 /// This is the only command that touches the network. It downloads one exact wheel of the Python package index with pip and unpacks
 /// the files that are needed; no Python code runs.
@@ -21,9 +21,10 @@ Examples:
   lifelike fetch g1   # Unitree G1 with meshes (BSD-3-Clause), 12 MB; then --robot g1
   lifelike fetch g1 --without-meshes
   lifelike fetch dm_control              # the humanoids of dm_control (Apache-2.0)
-  lifelike fetch minilm                  # text encoder all-MiniLM-L6-v2 (Apache-2.0), 83 MB")]
+  lifelike fetch minilm                  # text encoder all-MiniLM-L6-v2 (Apache-2.0), 83 MB
+  lifelike fetch mujoco                  # MuJoCo 3.17.0 (Apache-2.0); then --engine mujoco")]
 pub struct Args {
-    /// Name: g1, dm_control or minilm.
+    /// Name: g1, dm_control, minilm or mujoco.
     pub name: String,
     /// Skip the meshes of a robot: physics needs none of them.
     #[arg(long)]
@@ -38,7 +39,7 @@ pub struct Args {
 /// # Errors
 /// [`CliError::Usage`] for an unknown name, [`CliError::Failed`] where a download or a file fails.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
-    let known = || ["g1"].into_iter().chain(lifelike_fetch::NAMES).chain([text_model::NAME]);
+    let known = || ["g1"].into_iter().chain(lifelike_fetch::NAMES).chain([text_model::NAME, mujoco::NAME]);
     if !known().any(|name| name == args.name) {
         let names = known().collect::<Vec<_>>().join(", ");
         let near = lifelike_robot::nearest::hint(&args.name, known());
@@ -48,6 +49,11 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     if args.name == text_model::NAME {
         let folder = text_model::ensure(&folder("")).map_err(CliError::Failed)?;
         return output.result(&json!({ "folder": folder }), || format!("{}\n", folder.display()));
+    }
+    if args.name == mujoco::NAME {
+        let library = mujoco::ensure(&folder("")).map_err(CliError::Failed)?;
+        let next = NextCommand::new("bench engine");
+        return output.result(&json!({ "library": library }), || format!("{}\nnext:  {next}\n", library.display()));
     }
     let name = if args.name == "g1" { "unitree_g1" } else { args.name.as_str() };
     let models = lifelike_fetch::robot(name, !args.without_meshes, &folder("robots"), G1_PROFILE);

@@ -89,7 +89,7 @@ fn augmented(simulation: Box<dyn Simulation>, file: &Path) -> Result<Box<dyn Sim
     Ok(Box::new(Augmented::new(simulation, Box::new(correction))?))
 }
 
-/// Refuses an engine that this build lacks, and says how to get it.
+/// Refuses an engine whose library is missing, and says how to get it.
 ///
 /// # Errors
 /// [`CliError::Unavailable`].

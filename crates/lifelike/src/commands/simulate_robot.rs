@@ -25,7 +25,7 @@ Examples:
   lifelike simulate-robot lima
   lifelike simulate-robot lima --delay 4 --jitter 3 --loss 0.02 --noise 0.002
   lifelike simulate-robot lima --twin 7                 # motors, friction and delays of a twin
-  lifelike simulate-robot lima --engine mujoco          # in MuJoCo; needs a build with it
+  lifelike simulate-robot lima --engine mujoco          # in MuJoCo; once: lifelike fetch mujoco
   lifelike simulate-robot lima --fault hot@5:left_knee  # from 5 s on
   lifelike simulate-robot lima --external               # with motion capture
 

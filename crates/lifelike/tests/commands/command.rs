@@ -3,8 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::path::Path;
+use std::process::Command;
 
-use crate::in_checkout::{TINY, err, json, lifelike, out, retargeted};
+use crate::in_checkout::{TINY, err, json, lifelike, out, retargeted, root};
 use serde_json::Value;
 
 #[test]
@@ -298,18 +299,23 @@ fn physics_is_measured() {
     }
 }
 
-#[cfg(not(feature = "mujoco"))]
 #[test]
 fn without_mujoco_the_command_says_what_to_do() {
+    let empty = tempfile::tempdir().unwrap();
     let eval = ["eval", "--engine", "mujoco", "--policy", "p", "--motions", "m", "-o", "o"];
     let train = ["train", "tracker", "--engine", "mujoco", "--plan", "experiments/track.toml"];
     let robot = ["simulate-robot", "lima", "--engine", "mujoco"];
     for arguments in
         [&eval[..], &train, &["demo", "--engine", "mujoco"], &robot, &["bench", "runtime", "--engine", "mujoco"]]
     {
-        let output = lifelike(arguments);
+        let output = Command::new(env!("CARGO_BIN_EXE_lifelike"))
+            .args(arguments)
+            .env("LIFELIKE_MUJOCO", empty.path())
+            .current_dir(root())
+            .output()
+            .unwrap();
         assert_eq!(output.status.code(), Some(4), "{arguments:?}");
-        assert!(err(&output).contains("cargo xtask"), "{}", err(&output));
+        assert!(err(&output).contains("then run once: lifelike fetch mujoco"), "{}", err(&output));
     }
 }
 

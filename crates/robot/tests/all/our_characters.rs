@@ -12,7 +12,7 @@ fn load(name: &str) -> Character {
 fn other(file: &str) -> Character {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let (path, command) = match file.split_once('/') {
-        Some(("fetched", file)) => (root.join("third_party/robots").join(file), "run `cargo xtask test --mujoco`"),
+        Some(("fetched", file)) => (root.join("third_party/robots").join(file), "run `cargo xtask test`"),
         _ => {
             let data = std::env::var_os("LIFELIKE_DATA").map_or_else(|| root.join("../shared/data"), PathBuf::from);
             (data.join("robots").join(file), "let LIFELIKE_DATA name the data folder (CONTRIBUTING.md)")
@@ -122,7 +122,7 @@ fn a_foot_without_a_joint_is_a_foot() {
 type Legs = (&'static str, [&'static str; 3], bool);
 
 #[test]
-#[ignore = "needs the robots that `cargo xtask test --mujoco` fetches"]
+#[ignore = "needs the robots that `cargo xtask test` fetches"]
 fn legs_are_found_in_fetched_robots() {
     legs_are_found([
         ("fetched/dm_control/humanoid.xml", ["left_thigh", "left_shin", "left_foot"], true),
@@ -196,7 +196,7 @@ fn left_mirrors_right() {
 }
 
 #[test]
-#[ignore = "needs the robots that `cargo xtask test --mujoco` fetches"]
+#[ignore = "needs the robots that `cargo xtask test` fetches"]
 fn fetched_robots_are_symmetric() {
     ["dm_control/humanoid.xml", "dm_control/humanoid_CMU.xml", "unitree_g1/g1.xml"]
         .iter()

@@ -218,22 +218,21 @@ fn spread_out(mut points: Vec<ContactPoint>) -> Vec<ContactPoint> {
     chosen
 }
 
-#[cfg(all(test, feature = "mujoco"))]
+#[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use mujoco_rs::prelude::{MjData, MjModel};
     use nalgebra::{Quaternion, UnitQuaternion};
     use rand::{Rng, SeedableRng};
 
     use super::*;
+    use crate::mujoco::native::{Data, Model};
 
     /// Our contacts and MuJoCo's of two geoms in random poses near each other: (deepest ours, deepest MuJoCo's, cosine
     /// between the normals).
     fn both(first: &str, second: &str, ours: impl Fn(&[Cuboid; 2]) -> Vec<ContactPoint>) -> Vec<(f64, f64, f64)> {
         let body = |geom: &str| format!("<body><freejoint/><geom {geom} mass=\"1\"/></body>");
         let text = format!("<mujoco><worldbody>{}{}</worldbody></mujoco>", body(first), body(second));
-        let model = MjModel::from_xml_string(&text).unwrap();
-        let mut data = MjData::new(&model);
+        let mut data = Data::new(Model::from_xml_string(&text).unwrap()).unwrap();
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
         let mut out = Vec::new();
         for _ in 0..2000 {
@@ -244,7 +243,7 @@ mod tests {
                 let turn = UnitQuaternion::new_normalize(Quaternion::new(wxyz[0], wxyz[1], wxyz[2], wxyz[3]));
                 cuboid.center = Vector3::from_fn(|_, _| rng.random_range(-0.2..0.2));
                 cuboid.rotation = *turn.to_rotation_matrix().matrix();
-                cuboid.half = Vector3::from(model.geom_size()[i]);
+                cuboid.half = Vector3::from(data.model().geom_size()[i]);
                 data.qpos_mut()[7 * i..7 * i + 3].copy_from_slice(cuboid.center.as_slice());
                 data.qpos_mut()[7 * i + 3..7 * i + 7].copy_from_slice(&[turn.w, turn.i, turn.j, turn.k]);
             }

@@ -2,10 +2,9 @@
 //! one sum with contacts and pushes.
 
 use lifelike_character::{Quat, Vec3};
-use mujoco_rs::mujoco_c::{mjtConstraint, mjtEq};
-use mujoco_rs::prelude::MjtObjBase;
 use nalgebra::Quaternion;
 
+use super::native::{CNSTR_EQUALITY, EQ_JOINT, EQ_WELD, OBJ_SITE};
 use super::worker::Worker;
 use super::wrenches::Wrench;
 
@@ -21,20 +20,19 @@ impl Worker {
         if model.neq() == 0 {
             return out;
         }
-        // SAFETY: MuJoCo filled this array in the forward step just made, and nothing has changed it since.
-        let forces = unsafe { data.efc_force() };
+        let forces = data.efc_force();
         let index = |id: i32| id.max(0) as usize;
         let mut row = 0;
-        while data.efc_type().get(row) == Some(&mjtConstraint::mjCNSTR_EQUALITY) {
+        while data.efc_type().get(row) == Some(&CNSTR_EQUALITY) {
             let id = index(data.efc_id()[row]);
             let (objects, numbers) = ([model.eq_obj1id()[id], model.eq_obj2id()[id]].map(index), model.eq_data()[id]);
             // A joint that follows another pulls through its own axis.
-            if model.eq_type()[id] == mjtEq::mjEQ_JOINT {
+            if model.eq_type()[id] == EQ_JOINT {
                 row += 1;
                 continue;
             }
-            let weld = model.eq_type()[id] == mjtEq::mjEQ_WELD;
-            let of_sites = model.eq_objtype()[id] == MjtObjBase::mjOBJ_SITE;
+            let weld = model.eq_type()[id] == EQ_WELD;
+            let of_sites = model.eq_objtype()[id] == OBJ_SITE;
             let bodies = if of_sites { objects.map(|site| index(model.site_bodyid()[site])) } else { objects };
             let orientation = bodies.map(|body| quaternion(data.xquat()[body]));
             let force = Vec3::from_column_slice(&forces[row..row + 3]);

@@ -1,17 +1,22 @@
 //! The model that MuJoCo compiles, and where in it the robot's parts are.
 
+use std::ffi::CStr;
+
 use lifelike_character::{Character, GeomShape, Quat, Vec3};
 use lifelike_robot::{ActuatorParameters, Robot};
-use mujoco_rs::mujoco_c::{mjtDisableBit, mjtIntegrator};
-use mujoco_rs::prelude::{MjEditError, MjModel, MjSpec, MjtGeomBase, MjtObjBase, SpecItem};
 
-use super::{ENGINE, log};
+use super::ENGINE;
+use super::library::library;
+use super::native::{
+    DSBL_ACTUATION, DSBL_AUTORESET, DSBL_DAMPER, DSBL_EULERDAMP, DSBL_SENSOR, GEOM_HFIELD, GEOM_PLANE, Geom, INT_EULER,
+    INT_RK4, Model, OBJ_BODY, OBJ_JOINT, Spec,
+};
 use crate::engine::{SOLIMP, SOLREF};
 use crate::error::SimError;
 use crate::terrain::Terrain;
 
 /// Name of the height field.
-const TERRAIN: &str = "lifelike_terrain";
+const TERRAIN: &CStr = c"lifelike_terrain";
 
 /// One joint as the actuator model needs it.
 #[derive(Debug, Clone)]
@@ -71,54 +76,44 @@ impl Layout {
 }
 
 /// Compiles the character's text. See [`super::MujocoSimulation::new`] for what is changed in it.
-pub(super) fn compile(robot: &Robot, terrain: Option<&Terrain>) -> Result<(MjModel, Layout), SimError> {
+pub(super) fn compile(robot: &Robot, terrain: Option<&Terrain>) -> Result<(Model, Layout), SimError> {
+    library()?;
     let character = &robot.character;
     let fail = |message: String| SimError::Model { engine: ENGINE, character: character.name.clone(), message };
     let text = character.mjcf.as_deref().ok_or_else(|| fail("it was not read from MJCF text".into()))?;
-    log::install();
-    if text.contains('\0') {
-        return Err(fail("its text contains a zero byte".into()));
-    }
-    let mut spec = MjSpec::from_xml_string(text).map_err(|e| fail(e.to_string()))?;
+    let mut spec = Spec::from_xml_string(text).map_err(fail)?;
     // A profile may know rotors that the text does not (`ActuatorGroup::armature`), and springs of the text may be gains.
     for joint in character.scalar_joints() {
-        if let Some(own) = spec.joint_mut(&joint.name) {
-            own.set_armature(joint.armature);
-            own.stiffness_mut()[0] = joint.stiffness;
-            own.damping_mut()[0] = joint.damping;
-            *own.springdamper_mut() = [0.0; 2];
-        }
+        spec.set_joint(&joint.name, joint.armature, joint.stiffness, joint.damping);
     }
     if let Some(terrain) = terrain {
-        add_terrain(&mut spec, character, terrain).map_err(|e| fail(e.to_string()))?;
+        add_terrain(&mut spec, character, terrain).map_err(fail)?;
     } else if !has_ground(character) {
-        let floor = spec.world_body_mut().add_geom();
-        floor.set_type(MjtGeomBase::mjGEOM_PLANE);
-        floor.size_mut().copy_from_slice(&[0.0, 0.0, 1.0]);
-        surface(floor, character);
-        floor.set_name("lifelike_floor").map_err(|e| fail(e.to_string()))?;
+        let mut floor = spec.add_geom(c"lifelike_floor").map_err(fail)?;
+        *floor.type_mut() = GEOM_PLANE;
+        *floor.size_mut() = [0.0, 0.0, 1.0];
+        surface(&mut floor, character);
     }
-    let mut model = spec.compile().map_err(|e| fail(e.to_string()))?;
+    let mut model = spec.compile().map_err(fail)?;
+    let mut edited = model.edit();
     if terrain.is_some() {
-        let planes: Vec<usize> = (0..model.ngeom() as usize)
-            .filter(|g| model.geom_bodyid()[*g] == 0 && model.geom_type()[*g] == MjtGeomBase::mjGEOM_PLANE)
-            .collect();
+        let is_plane = |g: &usize| edited.geom_bodyid()[*g] == 0 && edited.geom_type()[*g] == GEOM_PLANE;
+        let planes: Vec<usize> = (0..edited.ngeom() as usize).filter(is_plane).collect();
         for plane in planes {
-            model.geom_contype_mut()[plane] = 0;
-            model.geom_conaffinity_mut()[plane] = 0;
+            edited.geom_contype_mut()[plane] = 0;
+            edited.geom_conaffinity_mut()[plane] = 0;
         }
     }
-    no_shortcuts(&mut model);
-    let options = model.opt_mut();
-    options.timestep = robot.timestep();
-    if options.integrator == mjtIntegrator::mjINT_RK4 as i32 {
-        options.integrator = mjtIntegrator::mjINT_EULER as i32;
+    // MuJoCo notes at compile time which frames coincide and which bodies are simple. Both end when an environment moves
+    // a centre of mass.
+    edited.forbid_shortcuts();
+    *edited.opt_timestep_mut() = robot.timestep();
+    if edited.opt_integrator() == INT_RK4 {
+        *edited.opt_integrator_mut() = INT_EULER;
     }
-    for flag in [mjtDisableBit::mjDSBL_ACTUATION, mjtDisableBit::mjDSBL_SENSOR, mjtDisableBit::mjDSBL_AUTORESET] {
-        options.disableflags |= flag as i32;
-    }
+    *edited.opt_disableflags_mut() |= DSBL_ACTUATION | DSBL_SENSOR | DSBL_AUTORESET;
     // Friction is a damping that is integrated implicitly: the switch that makes it explicit stays off.
-    options.disableflags &= !(mjtDisableBit::mjDSBL_EULERDAMP as i32 | mjtDisableBit::mjDSBL_DAMPER as i32);
+    *edited.opt_disableflags_mut() &= !(DSBL_EULERDAMP | DSBL_DAMPER);
     check_names(character, &model).map_err(fail)?;
     let layout = layout(robot, &model);
     Ok((model, layout))
@@ -129,60 +124,41 @@ fn has_ground(character: &Character) -> bool {
     character.geoms.iter().any(|g| g.body == 0 && matches!(g.shape, GeomShape::Plane | GeomShape::HeightField(_)))
 }
 
-/// MuJoCo notes at compile time which frames coincide and which bodies are simple. Both end when an environment moves a
-/// centre of mass.
-fn no_shortcuts(model: &mut MjModel) {
-    use mujoco_rs::mujoco_c::mjtSameFrame::mjSAMEFRAME_NONE;
-    model.body_sameframe_mut().fill(mjSAMEFRAME_NONE);
-    model.geom_sameframe_mut().fill(mjSAMEFRAME_NONE);
-    model.site_sameframe_mut().fill(mjSAMEFRAME_NONE);
-    // SAFETY: none is simple is true of every model; the flags only allow to leave work out.
-    unsafe {
-        model.body_simple_mut().fill(0);
-        model.dof_simplenum_mut().fill(0);
-    }
-}
-
 /// The terrain as a height field with the surface of the character's own plane, which it takes the place of.
-fn add_terrain(spec: &mut MjSpec, character: &Character, terrain: &Terrain) -> Result<(), MjEditError> {
+fn add_terrain(spec: &mut Spec, character: &Character, terrain: &Terrain) -> Result<(), String> {
     let (heights, spacing) = (terrain.heights(), terrain.spacing());
     let low = heights.iter().copied().fold(f64::INFINITY, f64::min);
     let half = |n: usize| 0.5 * spacing * (n - 1) as f64;
-    let field = spec.add_hfield();
-    field.set_name(TERRAIN)?;
-    field.set_nrow(terrain.rows() as i32);
-    field.set_ncol(terrain.columns() as i32);
     // MuJoCo brings heights into 0..1 itself.
     let size = [half(terrain.columns()), half(terrain.rows()), (terrain.top() - low).max(1e-6), 1.0];
-    field.size_mut().copy_from_slice(&size);
-    field.set_userdata(heights.iter().map(|h| (h - low) as f32).collect::<Vec<_>>());
-    let geom = spec.world_body_mut().add_geom();
-    geom.set_type(MjtGeomBase::mjGEOM_HFIELD);
-    geom.set_name(TERRAIN)?;
+    let above: Vec<f32> = heights.iter().map(|h| (h - low) as f32).collect();
+    spec.add_hfield(TERRAIN, [terrain.rows(), terrain.columns()], size, &above)?;
+    let mut geom = spec.add_geom(TERRAIN)?;
+    *geom.type_mut() = GEOM_HFIELD;
     geom.set_hfieldname(TERRAIN);
     geom.pos_mut()[2] = low;
-    surface(geom, character);
+    surface(&mut geom, character);
     Ok(())
 }
 
 /// Gives ground that is added the surface of the character's own plane, or MuJoCo's default where it has none: never what the
 /// character's defaults say of its own parts.
-fn surface(geom: &mut mujoco_rs::wrappers::mj_editing::MjsGeom, character: &Character) {
+fn surface(geom: &mut Geom<'_>, character: &Character) {
     let plane = character.geoms.iter().find(|g| g.body == 0 && g.shape == GeomShape::Plane);
     let masks = plane.map_or((1, 1, 3), |p| (p.contype, p.conaffinity, p.condim));
-    geom.set_contype(masks.0 as i32);
-    geom.set_conaffinity(masks.1 as i32);
-    geom.set_condim(masks.2 as i32);
-    geom.set_priority(plane.map_or(0, |p| p.priority));
-    geom.set_margin(plane.map_or(0.0, |p| p.margin));
-    geom.set_gap(plane.map_or(0.0, |p| p.gap));
-    geom.friction_mut().copy_from_slice(&plane.map_or([1.0, 0.005, 0.0001], |p| p.friction));
-    geom.solref_mut().copy_from_slice(&plane.map_or(SOLREF, |p| p.solref));
-    geom.solimp_mut().copy_from_slice(&plane.map_or(SOLIMP, |p| p.solimp));
+    *geom.contype_mut() = masks.0 as i32;
+    *geom.conaffinity_mut() = masks.1 as i32;
+    *geom.condim_mut() = masks.2 as i32;
+    *geom.priority_mut() = plane.map_or(0, |p| p.priority);
+    *geom.margin_mut() = plane.map_or(0.0, |p| p.margin);
+    *geom.gap_mut() = plane.map_or(0.0, |p| p.gap);
+    *geom.friction_mut() = plane.map_or([1.0, 0.005, 0.0001], |p| p.friction);
+    *geom.solref_mut() = plane.map_or(SOLREF, |p| p.solref);
+    *geom.solimp_mut() = plane.map_or(SOLIMP, |p| p.solimp);
 }
 
 /// Bodies and joints must be the character's, in its order; names that it made up itself are not compared.
-fn check_names(character: &Character, model: &MjModel) -> Result<(), String> {
+fn check_names(character: &Character, model: &Model) -> Result<(), String> {
     let sizes = (model.nbody() as usize, model.njnt() as usize, model.nq() as usize, model.nv() as usize);
     let expected = (character.bodies.len(), character.joints.len(), character.nq, character.nv);
     if sizes != expected {
@@ -194,13 +170,13 @@ fn check_names(character: &Character, model: &MjModel) -> Result<(), String> {
         })
     };
     let bodies = character.bodies.iter().enumerate().skip(1);
-    let body = bodies.map(|(i, b)| differs(MjtObjBase::mjOBJ_BODY, i, &b.name)).find_map(|m| m);
+    let body = bodies.map(|(i, b)| differs(OBJ_BODY, i, &b.name)).find_map(|m| m);
     let joints = character.joints.iter().enumerate();
-    let joint = joints.map(|(i, j)| differs(MjtObjBase::mjOBJ_JOINT, i, &j.name)).find_map(|m| m);
+    let joint = joints.map(|(i, j)| differs(OBJ_JOINT, i, &j.name)).find_map(|m| m);
     body.or(joint).map_or(Ok(()), Err)
 }
 
-fn layout(robot: &Robot, model: &MjModel) -> Layout {
+fn layout(robot: &Robot, model: &Model) -> Layout {
     let character = &robot.character;
     let (nq, nv, bodies) = (character.nq, character.nv, character.bodies.len());
     let joints: Vec<DrivenJoint> = character

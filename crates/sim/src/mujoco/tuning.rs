@@ -1,8 +1,7 @@
 //! Fields of a MuJoCo model that an environment's parameters change.
 
-use mujoco_rs::prelude::MjModel;
-
 use super::model::Layout;
+use super::native::{Model, ModelMut};
 use super::worker::Worker;
 use crate::batch::EnvironmentParameters;
 
@@ -32,11 +31,11 @@ pub(super) struct Tuning {
 const YIELDING: f64 = 1e-5;
 
 impl Tuning {
-    pub fn of(model: &MjModel, layout: &Layout) -> Self {
+    pub fn of(model: &Model, layout: &Layout) -> Self {
         Self {
             body_ipos: model.body_ipos().to_vec(),
             dof_armature: model.dof_armature().to_vec(),
-            gravity: model.opt().gravity,
+            gravity: model.opt_gravity(),
             damping: layout.joints.iter().map(|j| j.damping).collect(),
             gains: layout.joints.iter().map(|j| [j.actuator.kp, j.actuator.kd]).collect(),
             strength: vec![1.0; layout.joints.len()],
@@ -48,12 +47,12 @@ impl Tuning {
             dof_m0: model.dof_m0().to_vec(),
             tendon_invweight0: model.tendon_invweight0().to_vec(),
             geom_friction: model.geom_friction().to_vec(),
-            mean_inertia: model.stat().meaninertia,
-            mean_mass: model.stat().meanmass,
+            mean_inertia: model.stat_meaninertia(),
+            mean_mass: model.stat_meanmass(),
         }
     }
 
-    pub fn apply(&self, model: &mut MjModel) {
+    pub fn apply(&self, mut model: ModelMut<'_>) {
         model.body_mass_mut().copy_from_slice(&self.body_mass);
         model.body_inertia_mut().copy_from_slice(&self.body_inertia);
         model.body_subtreemass_mut().copy_from_slice(&self.body_subtreemass);
@@ -62,11 +61,11 @@ impl Tuning {
         model.dof_m0_mut().copy_from_slice(&self.dof_m0);
         model.tendon_invweight0_mut().copy_from_slice(&self.tendon_invweight0);
         model.geom_friction_mut().copy_from_slice(&self.geom_friction);
-        model.stat_mut().meaninertia = self.mean_inertia;
-        model.stat_mut().meanmass = self.mean_mass;
+        *model.stat_meaninertia_mut() = self.mean_inertia;
+        *model.stat_meanmass_mut() = self.mean_mass;
         model.body_ipos_mut().copy_from_slice(&self.body_ipos);
         model.dof_armature_mut().copy_from_slice(&self.dof_armature);
-        model.opt_mut().gravity = self.gravity;
+        *model.opt_gravity_mut() = self.gravity;
     }
 }
 
@@ -85,8 +84,8 @@ impl Worker {
         let layout = self.layout.clone();
         let factor = |scale: &[f32], i: usize| scale.get(i).map_or(1.0, |x| f64::from(*x));
         let p = parameters;
-        let model = self.model_mut();
-        base.apply(model);
+        base.apply(self.data.model_mut());
+        let mut model = self.data.model_mut();
         for body in 0..layout.bodies {
             let mass = factor(&p.mass_scale, body);
             model.body_mass_mut()[body] *= mass;
@@ -102,7 +101,7 @@ impl Worker {
             model.dof_armature_mut()[joint.v] *= factor(&p.armature_scale, i);
         }
         if let Some(gravity) = p.gravity {
-            model.opt_mut().gravity = gravity.map(f64::from);
+            *model.opt_gravity_mut() = gravity.map(f64::from);
         }
         if let Some(friction) = p.ground_friction {
             model.geom_friction_mut().iter_mut().for_each(|geom| geom[0] = f64::from(friction));
@@ -131,7 +130,7 @@ impl Worker {
             tuning.gains[i][1] *= factor(&p.kd_scale, i);
             tuning.strength[i] = factor(&p.strength_scale, i);
         }
-        base.apply(self.model_mut());
+        base.apply(self.data.model_mut());
         self.tuned = false;
         Some(tuning)
     }

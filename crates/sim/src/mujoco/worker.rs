@@ -3,11 +3,10 @@
 use std::sync::Arc;
 
 use lifelike_character::rotation::to_wxyz;
-use mujoco_rs::mujoco_c::mjtConstraint;
-use mujoco_rs::prelude::{MjData, MjModel};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::model::Layout;
+use super::native::{CNSTR_FRICTION_DOF, CNSTR_LIMIT_JOINT, Data, Model};
 use super::tuning::Tuning;
 use crate::rows::Rows;
 use crate::simulation::Drive;
@@ -17,7 +16,7 @@ const VELOCITY_LIMIT: f64 = 1e3;
 
 /// A model and a data of its own.
 pub(super) struct Worker {
-    pub data: MjData<Box<MjModel>>,
+    pub data: Data,
     pub layout: Arc<Layout>,
     pub base: Tuning,
     /// True while the model is tuned to some environment.
@@ -35,27 +34,20 @@ pub(super) struct Worker {
 
 impl Worker {
     /// A worker with a copy of the model.
-    pub fn new(model: &MjModel, layout: Arc<Layout>) -> Result<Self, String> {
-        let model = model.clone();
+    pub fn new(model: &Model, layout: Arc<Layout>) -> Result<Self, String> {
         let joints = layout.joints.len();
         Ok(Self {
-            base: Tuning::of(&model, &layout),
+            base: Tuning::of(model, &layout),
             damping: layout.joints.iter().map(|j| j.damping).collect(),
             gains: layout.joints.iter().map(|j| [j.actuator.kp, j.actuator.kd]).collect(),
             strength: vec![1.0; joints],
             outside: vec![0.0; layout.width - layout.outside],
-            data: MjData::try_new(Box::new(model)).map_err(|e| e.to_string())?,
+            data: Data::new(model.copy()?)?,
             layout,
             tuned: false,
             torque_squared: vec![0.0; joints],
             torque: vec![0.0; joints],
         })
-    }
-
-    pub fn model_mut(&mut self) -> &mut MjModel {
-        // SAFETY: the model is never replaced, and only numbers that MuJoCo lets change at run time are written: no
-        // sizes, indices or addresses.
-        unsafe { self.data.model_mut() }
     }
 
     /// Makes one policy step of one environment: `row` and `out` are its own. An environment that diverges, or did before,
@@ -92,7 +84,7 @@ impl Worker {
     }
 
     fn apply(&mut self, tuning: &Tuning) {
-        tuning.apply(self.model_mut());
+        tuning.apply(self.data.model_mut());
         self.damping.clone_from(&tuning.damping);
         self.gains.clone_from(&tuning.gains);
         self.strength.clone_from(&tuning.strength);
@@ -113,7 +105,7 @@ impl Worker {
     pub fn load(&mut self, row: &[f64]) {
         let layout = &self.layout;
         let data = &mut self.data;
-        data.set_time(row[0]);
+        *data.time_mut() = row[0];
         data.qpos_mut().copy_from_slice(&row[layout.positions..layout.velocities]);
         data.qvel_mut().copy_from_slice(&row[layout.velocities..layout.warm_start]);
         data.qacc_warmstart_mut().copy_from_slice(&row[layout.warm_start..layout.pushes]);
@@ -135,7 +127,7 @@ impl Worker {
 
     pub fn set_damping(&mut self, joint: usize, friction: f64) {
         let (dof, own) = (self.layout.joints[joint].v, self.damping[joint]);
-        self.model_mut().dof_damping_mut()[dof] = own + friction;
+        self.data.model_mut().dof_damping_mut()[dof] = own + friction;
     }
 
     /// Makes all substeps; false as soon as something is not finite or absurdly fast.
@@ -183,7 +175,7 @@ impl Worker {
                 Drive::Torques(_) => (number, 0.0, None),
             };
             if joint.actuator.extended_friction.is_some() {
-                self.model_mut().dof_frictionloss_mut()[joint.v] = joint.frictionloss + held.unwrap_or(0.0);
+                self.data.model_mut().dof_frictionloss_mut()[joint.v] = joint.frictionloss + held.unwrap_or(0.0);
             }
             self.data.qfrc_applied_mut()[joint.v] = applied;
             self.set_damping(i, friction);
@@ -196,12 +188,9 @@ impl Worker {
     fn note_outside_torques(&mut self, velocities: &[f64]) {
         let layout = self.layout.clone();
         let mut dry = vec![0.0; layout.joints.len()];
-        // SAFETY: MuJoCo filled the forces in the step that was just made.
-        let force = unsafe { self.data.efc_force() };
+        let force = self.data.efc_force();
         for (i, (&kind, &id)) in self.data.efc_type().iter().zip(self.data.efc_id()).enumerate() {
-            if let (mjtConstraint::mjCNSTR_FRICTION_DOF, Some(scalar)) =
-                (kind, layout.scalar_of_dof[id.max(0) as usize])
-            {
+            if let (CNSTR_FRICTION_DOF, Some(scalar)) = (kind, layout.scalar_of_dof[id.max(0) as usize]) {
                 dry[scalar] += force[i];
             }
         }
@@ -281,19 +270,18 @@ impl Worker {
         out.fill(0.0);
         let data = &self.data;
         let sparse = data.model().is_sparse();
-        // SAFETY: MuJoCo filled these arrays in the step that `advance` just made, and nothing has changed them since;
-        // row addresses exist for a sparse Jacobian only and are not looked at otherwise.
-        let (force, addresses) = unsafe { (data.efc_force(), if sparse { data.efc_j_rowadr() } else { &[] }) };
+        // Row addresses exist for a sparse Jacobian only.
+        let (force, addresses) = (data.efc_force(), data.efc_j_rowadr());
         let nv = self.layout.nv;
         for (i, (&kind, &id)) in data.efc_type().iter().zip(data.efc_id()).enumerate() {
             let id = id.max(0) as usize;
             match kind {
-                mjtConstraint::mjCNSTR_FRICTION_DOF => {
+                CNSTR_FRICTION_DOF => {
                     if let Some(scalar) = self.layout.scalar_of_dof[id] {
                         out[scalar] += force[i] as f32;
                     }
                 }
-                mjtConstraint::mjCNSTR_LIMIT_JOINT => {
+                CNSTR_LIMIT_JOINT => {
                     if let Some(scalar) = self.layout.scalar_of_joint[id] {
                         // The row has one entry: 1 at the lower limit, -1 at the upper.
                         let at = if sparse { addresses[i] as usize } else { i * nv + self.layout.joints[scalar].v };

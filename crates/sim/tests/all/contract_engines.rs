@@ -9,9 +9,9 @@ use lifelike_sim::{
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// The engines of this build.
+/// All engines.
 fn engines() -> impl Iterator<Item = EngineKind> {
-    EngineKind::ALL.iter().copied().filter(|engine| engine.available().is_ok())
+    EngineKind::ALL.iter().copied()
 }
 
 fn make(engine: EngineKind, environments: usize, threads: usize) -> Box<dyn Simulation> {
@@ -231,14 +231,6 @@ fn engines_are_known_by_name() {
     let error = "bullet".parse::<EngineKind>().unwrap_err().to_string();
     assert_eq!(error, "no engine 'bullet'; there are: lifelike, mujoco");
     assert_eq!(EngineKind::default(), EngineKind::Lifelike);
-}
-
-#[cfg(not(feature = "mujoco"))]
-#[test]
-fn an_engine_that_this_build_lacks_says_how_to_get_it() {
-    let spec = SimulationSpec { engine: EngineKind::Mujoco, ..SimulationSpec::new(1) };
-    let error = spec.build(lima()).err().unwrap().to_string();
-    assert!(error.contains("'mujoco'") && error.contains("cargo xtask mujoco"), "{error}");
 }
 
 /// Lima after some steps of its own, and what it is driven by next.

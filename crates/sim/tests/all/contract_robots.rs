@@ -1,5 +1,4 @@
 //! Other people's robots run too, as far as they have a floating base.
-#![cfg(feature = "mujoco")]
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 

@@ -1,9 +1,8 @@
 //! The compiled character is what MuJoCo's own compiler makes of the same text: tree, masses, inertia, joints, shapes,
 //! poses and Jacobians.
-#![cfg(feature = "mujoco")]
 use crate::world::{fetched, root, shared, without_pictures};
 use lifelike_character::{Character, Geom, GeomShape, JointKind, Kinematics, Quat, Vec3, rotation};
-use mujoco_rs::prelude::{MjData, MjModel};
+use lifelike_sim::mujoco::native::{Data, Model};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -24,12 +23,12 @@ fn same_turn(what: &str, ours: &Quat, theirs: &[f64; 4]) {
     close(what, &ours, &theirs.map(|x| sign * x));
 }
 
-fn compare(ours: &Character, theirs: &MjModel) {
+fn compare(ours: &Character, theirs: &Model) {
     let sizes = (ours.nq, ours.nv, ours.bodies.len(), ours.joints.len(), ours.sites.len());
     let expected = (theirs.nq(), theirs.nv(), theirs.nbody(), theirs.njnt(), theirs.nsite());
     assert_eq!(sizes, (expected.0 as _, expected.1 as _, expected.2 as _, expected.3 as _, expected.4 as _));
-    close("gravity", ours.gravity.as_slice(), &theirs.opt().gravity);
-    close("timestep", &[ours.timestep], &[theirs.opt().timestep]);
+    close("gravity", ours.gravity.as_slice(), &theirs.opt_gravity());
+    close("timestep", &[ours.timestep], &[theirs.opt_timestep()]);
     for (i, body) in ours.bodies.iter().enumerate().skip(1) {
         let name = &body.name;
         assert_eq!(body.parent, theirs.body_parentid()[i] as usize, "parent of {name}");
@@ -63,10 +62,10 @@ fn compare(ours: &Character, theirs: &MjModel) {
     compare_poses(ours, theirs);
 }
 
-fn compare_joints(ours: &Character, theirs: &MjModel) {
+fn compare_joints(ours: &Character, theirs: &Model) {
     for (i, joint) in ours.joints.iter().enumerate() {
         let name = &joint.name;
-        assert_eq!(joint.kind as i32, theirs.jnt_type()[i] as i32, "kind of {name}");
+        assert_eq!(joint.kind as i32, theirs.jnt_type()[i], "kind of {name}");
         assert_eq!(joint.q_index, theirs.jnt_qposadr()[i] as usize, "position of {name}");
         let v = joint.v_index;
         assert_eq!(v, theirs.jnt_dofadr()[i] as usize, "velocity of {name}");
@@ -91,7 +90,7 @@ fn compare_joints(ours: &Character, theirs: &MjModel) {
     close("reference position", &ours.reference_position(), theirs.qpos0());
 }
 
-fn compare_geom(ours: &Geom, theirs: &MjModel, i: usize) {
+fn compare_geom(ours: &Geom, theirs: &Model, i: usize) {
     let name = &ours.name;
     assert_eq!(ours.body, theirs.geom_bodyid()[i] as usize, "body of {name}");
     let (kind, size) = match &ours.shape {
@@ -103,7 +102,7 @@ fn compare_geom(ours: &Geom, theirs: &MjModel, i: usize) {
         GeomShape::Box(h) => (6, h.as_slice().to_vec()),
         GeomShape::Mesh(_) | GeomShape::HeightField(_) => panic!("{name} is not a solid"),
     };
-    assert_eq!(kind, theirs.geom_type()[i] as i32, "shape of {name}");
+    assert_eq!(kind, theirs.geom_type()[i], "shape of {name}");
     close(&format!("size of {name}"), &size, &theirs.geom_size()[i][..size.len()]);
     close(&format!("position of {name}"), ours.position.as_slice(), &theirs.geom_pos()[i]);
     same_turn(&format!("orientation of {name}"), &ours.orientation, &theirs.geom_quat()[i]);
@@ -118,9 +117,9 @@ fn compare_geom(ours: &Geom, theirs: &MjModel, i: usize) {
 }
 
 /// Poses and Jacobians at random positions.
-fn compare_poses(ours: &Character, theirs: &MjModel) {
+fn compare_poses(ours: &Character, theirs: &Model) {
     let character = ours;
-    let mut data = MjData::new(theirs);
+    let mut data = Data::new(theirs.copy().unwrap()).unwrap();
     let mut kinematics = Kinematics::new(ours);
     let mut random = ChaCha8Rng::seed_from_u64(7);
     for _ in 0..5 {
@@ -138,7 +137,7 @@ fn compare_poses(ours: &Character, theirs: &MjModel) {
             same_turn(&format!("turn of {}", body.name), &kinematics.body_orientation[i], &data.xquat()[i]);
             let point = kinematics.point(i, &Vec3::new(0.1, -0.2, 0.3));
             let ours = kinematics.jacobian(ours, i, &point);
-            let (linear, angular) = data.jac(true, true, &point.into(), i);
+            let [linear, angular] = data.jac(&point.into(), i);
             let what = format!("Jacobian of {}", body.name);
             let nv = v.len();
             if !character.couplings.is_empty() {
@@ -160,8 +159,8 @@ fn compare_poses(ours: &Character, theirs: &MjModel) {
 /// Compares on the original text and on the text that we hand to engines.
 fn both_texts(text: &str, name: &str) {
     let ours = Character::from_mjcf(text, name, None).unwrap();
-    compare(&ours, &MjModel::from_xml_string(text).unwrap());
-    compare(&ours, &MjModel::from_xml_string(ours.mjcf.as_deref().unwrap()).unwrap());
+    compare(&ours, &Model::from_xml_string(text).unwrap());
+    compare(&ours, &Model::from_xml_string(ours.mjcf.as_deref().unwrap()).unwrap());
 }
 
 #[test]
@@ -194,7 +193,7 @@ fn shared_robots() {
     // The meshes of these are absent.
     for name in ["open_duck_mini_v2/robot.xml", "open_duck_mini_v2/scene.xml", "toddlerbot_active.xml"] {
         let ours = Character::load(shared(name)).unwrap();
-        compare(&ours, &MjModel::from_xml_string(ours.mjcf.as_deref().unwrap()).unwrap());
+        compare(&ours, &Model::from_xml_string(ours.mjcf.as_deref().unwrap()).unwrap());
     }
 }
 
@@ -221,8 +220,8 @@ fn urdf() {
         <limit lower="0" upper="0.1" effort="5"/></joint>
     </robot>"#;
     let ours = Character::from_urdf(text, "two.urdf", None).unwrap();
-    compare(&ours, &MjModel::from_xml_string(text).unwrap());
-    compare(&ours, &MjModel::from_xml_string(ours.mjcf.as_deref().unwrap()).unwrap());
+    compare(&ours, &Model::from_xml_string(text).unwrap());
+    compare(&ours, &Model::from_xml_string(ours.mjcf.as_deref().unwrap()).unwrap());
 }
 
 /// What is put right of a URDF is what its text says to MuJoCo: joints held at an angle, moments, links without mass, a foot's box.
@@ -253,7 +252,7 @@ fn urdf_put_right() {
     let mut ours = Character::from_urdf(&text, "r.urdf", Some(folder.path())).unwrap();
     let foot = ours.body("foot").unwrap();
     assert_eq!(ours.fit_boxes(&[foot]).len(), 1);
-    compare(&ours, &MjModel::from_xml_string(ours.mjcf.as_deref().unwrap()).unwrap());
+    compare(&ours, &Model::from_xml_string(ours.mjcf.as_deref().unwrap()).unwrap());
 }
 
 /// Every way to write an orientation, a shape, a default, a limit.

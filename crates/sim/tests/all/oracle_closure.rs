@@ -1,5 +1,4 @@
 //! Closed loops: welds and ball joints of our engine against MuJoCo's.
-#![cfg(feature = "mujoco")]
 use crate::world;
 use std::sync::Arc;
 
@@ -9,9 +8,8 @@ use crate::world::closed::{
 use lifelike_character::rotation::to_wxyz;
 use lifelike_character::{Character, EqualityKind, Kinematics, Vec3};
 use lifelike_robot::Robot;
+use lifelike_sim::mujoco::native::{DSBL_ACTUATION, Data, Model};
 use lifelike_sim::{Drive, LifelikeSimulation, MujocoSimulation, Simulation};
-use mujoco_rs::mujoco_c::mjtDisableBit;
-use mujoco_rs::prelude::{MjData, MjModel};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use world::{all, rms};
@@ -35,11 +33,12 @@ fn bounded(name: &str) -> bool {
     name.contains("rubbing") || name.ends_with("a foot")
 }
 
-fn mujoco(robot: &Robot) -> MjData<Box<MjModel>> {
-    let mut model = MjModel::from_xml_string(robot.character.mjcf.as_deref().unwrap()).unwrap();
-    model.opt_mut().timestep = robot.timestep();
-    model.opt_mut().disableflags |= mjtDisableBit::mjDSBL_ACTUATION as i32;
-    MjData::new(Box::new(model))
+fn mujoco(robot: &Robot) -> Data {
+    let mut model = Model::from_xml_string(robot.character.mjcf.as_deref().unwrap()).unwrap();
+    let mut edited = model.edit();
+    *edited.opt_timestep_mut() = robot.timestep();
+    *edited.opt_disableflags_mut() |= DSBL_ACTUATION;
+    Data::new(model).unwrap()
 }
 
 /// Positions around the reference that leave the loops open by `off` (rad, and m of a floating base), and velocities.
@@ -66,7 +65,7 @@ fn random_torques(robot: &Robot, n: usize) -> Vec<f32> {
 }
 
 /// MuJoCo in the state of environment `e` under its torques.
-fn put(data: &mut MjData<Box<MjModel>>, robot: &Robot, e: usize, (q, v): &(Vec<f64>, Vec<f64>), torques: &[f32]) {
+fn put(data: &mut Data, robot: &Robot, e: usize, (q, v): &(Vec<f64>, Vec<f64>), torques: &[f32]) {
     let (nq, nv) = (robot.character.nq, robot.character.nv);
     data.qpos_mut().copy_from_slice(&q[e * nq..(e + 1) * nq]);
     data.qvel_mut().copy_from_slice(&v[e * nv..(e + 1) * nv]);
@@ -93,7 +92,7 @@ fn frames_are_mujocos() {
         <weld body1="a" body2="b" relpose="1 2 3 0 0 0 0"/>
       </equality></mujoco>"#;
     let character = Character::from_mjcf(text, "frames", None).unwrap();
-    let model = MjModel::from_xml_string(character.mjcf.as_deref().unwrap()).unwrap();
+    let model = Model::from_xml_string(character.mjcf.as_deref().unwrap()).unwrap();
     assert_eq!(character.equalities.len(), model.neq() as usize);
     let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
     for (i, e) in character.equalities.iter().enumerate() {

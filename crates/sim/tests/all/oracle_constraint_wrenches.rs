@@ -1,12 +1,10 @@
 //! Constraint wrenches: both engines against MuJoCo called by hand.
-#![cfg(feature = "mujoco")]
 use std::sync::Arc;
 
 use crate::world::{all, exactly_solved, near_standing, self_touching};
 use lifelike_character::Vec3;
+use lifelike_sim::mujoco::native::{DSBL_ACTUATION, Data, Model};
 use lifelike_sim::{ConstraintWrenches, Drive, LifelikeSimulation, MujocoSimulation, Simulation};
-use mujoco_rs::mujoco_c::mjtDisableBit;
-use mujoco_rs::prelude::{MjData, MjModel};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -48,10 +46,11 @@ fn forces_on_bodies_are_mujocos() {
         }
         let of_trait = theirs.constraint_wrenches(Drive::Torques(&torques)).unwrap();
 
-        let mut model = MjModel::from_xml_string(robot.character.mjcf.as_deref().unwrap()).unwrap();
-        model.opt_mut().timestep = robot.timestep();
-        model.opt_mut().disableflags |= mjtDisableBit::mjDSBL_ACTUATION as i32;
-        let mut data = MjData::new(&model);
+        let mut model = Model::from_xml_string(robot.character.mjcf.as_deref().unwrap()).unwrap();
+        let mut edited = model.edit();
+        *edited.opt_timestep_mut() = robot.timestep();
+        *edited.opt_disableflags_mut() |= DSBL_ACTUATION;
+        let mut data = Data::new(model).unwrap();
         let (nq, nv) = (robot.character.nq, robot.character.nv);
         let (mut worst, mut largest, mut touching, mut loads) = ([0.0_f64; 3], [0.0_f64; 3], 0, 0.0_f64);
         for (e, row) in before.values.chunks(before.width).enumerate() {

@@ -1,5 +1,4 @@
 //! Contacts: our engine against MuJoCo.
-#![cfg(feature = "mujoco")]
 use std::sync::Arc;
 
 use crate::world::{

@@ -1,5 +1,4 @@
 //! Friction under load (`model = "bam"`): our engine and MuJoCo against BAM's own controller, and against hand arithmetic.
-#![cfg(feature = "mujoco")]
 
 use std::sync::Arc;
 

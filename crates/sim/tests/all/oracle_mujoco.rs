@@ -1,21 +1,18 @@
 //! The batch against MuJoCo itself, stepped by hand, and against arithmetic.
-#![cfg(feature = "mujoco")]
 use std::sync::Arc;
 
 use lifelike_character::Character;
 use lifelike_robot::{Profile, Robot};
+use lifelike_sim::mujoco::native::{DSBL_ACTUATION, Data, Model, OBJ_GEOM};
 use lifelike_sim::{BatchState, Drive, EnvironmentParameters, MujocoSimulation, Simulation};
-use mujoco_rs::mujoco_c::mjtDisableBit;
-use mujoco_rs::prelude::{MjData, MjModel};
-
-type Data = MjData<Box<MjModel>>;
 
 /// MuJoCo as a user of its C interface would set it up.
 fn by_hand(robot: &Robot) -> Data {
-    let mut model = MjModel::from_xml_string(robot.character.mjcf.as_deref().unwrap()).unwrap();
-    model.opt_mut().timestep = 0.005;
-    model.opt_mut().disableflags |= mjtDisableBit::mjDSBL_ACTUATION as i32;
-    let mut data = MjData::new(Box::new(model));
+    let mut model = Model::from_xml_string(robot.character.mjcf.as_deref().unwrap()).unwrap();
+    let mut edited = model.edit();
+    *edited.opt_timestep_mut() = 0.005;
+    *edited.opt_disableflags_mut() |= DSBL_ACTUATION;
+    let mut data = Data::new(model).unwrap();
     data.qpos_mut().copy_from_slice(&robot.default_position());
     data
 }
@@ -27,8 +24,7 @@ fn step_by_hand(data: &mut Data, robot: &Robot, targets: &[f32], damping: &[f64]
         let (q, v) = (data.qpos()[7 + i], data.qvel()[6 + i]);
         let motor = actuator.motor_torque(f64::from(targets[i]), q, v);
         data.qfrc_applied_mut()[6 + i] = motor;
-        // SAFETY: only a number changes.
-        unsafe { data.model_mut() }.dof_damping_mut()[6 + i] = damping[i] + actuator.friction_damping(v);
+        data.model_mut().dof_damping_mut()[6 + i] = damping[i] + actuator.friction_damping(v);
         torques.push(motor - actuator.friction_torque(v));
     }
     data.step();
@@ -84,8 +80,7 @@ fn a_batch_of_many_is_mujoco_to_the_bit() {
             let feet: f32 = state.foot_force[3 * 2..3 * 2 + 2].iter().sum();
             assert!(state.foot_force.iter().all(|&f| f >= 0.0));
             let only_feet = hand.contact().iter().all(|c| {
-                let names =
-                    c.geom.map(|g| hand.model().id_to_name(mujoco_rs::prelude::MjtObjBase::mjOBJ_GEOM, g as usize));
+                let names = c.geom.map(|g| hand.model().id_to_name(OBJ_GEOM, g as usize));
                 names.iter().any(|n| n.is_some_and(|n| n.contains("foot") || n.contains("toe") || n.contains("sole")))
             });
             if only_feet {
@@ -119,8 +114,7 @@ fn parameters_are_those_of_a_model_changed_by_hand() {
     let mut plain = by_hand(&robot);
     let mut changed = by_hand(&robot);
     let damping = own_damping(&changed);
-    // SAFETY: only numbers change.
-    let model = unsafe { changed.model_mut() };
+    let mut model = changed.model_mut();
     for (body, &scale) in mass_scale.iter().enumerate() {
         model.body_mass_mut()[body] *= f64::from(scale);
         model.body_inertia_mut()[body].iter_mut().for_each(|i| *i *= f64::from(scale));

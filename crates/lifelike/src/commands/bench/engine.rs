@@ -17,7 +17,7 @@ use crate::commands::machine::{Machine, peak};
 use crate::error::CliError;
 use crate::output::{Output, table};
 
-/// Count physics steps per second, beside MuJoCo where this build has it.
+/// Count physics steps per second, beside MuJoCo where it was fetched.
 ///
 /// Robots keep their default pose under noise. Every environment is reset once per simulated second, and all observable
 /// state is written out. Steps per core-second count processor time, so other programs matter little.
@@ -27,7 +27,7 @@ Examples:
   lifelike bench engine                                     # lima on level ground, one thread
   lifelike bench engine lima humanoid --ground flat,hills --environments 1,8,64,1024,8192
   lifelike bench engine lima --self-collision --threads 2
-  cargo run --release --features mujoco --bin lifelike -- bench engine    # with MuJoCo beside it")]
+  lifelike fetch mujoco && lifelike bench engine            # with MuJoCo beside it")]
 pub struct Args {
     /// Robots: names, or paths of MJCF or URDF files.
     #[arg(default_value = "lima")]
@@ -38,7 +38,7 @@ pub struct Args {
     /// Kinds of ground: flat, or hills 15 cm high.
     #[arg(long, value_delimiter = ',', default_value = "flat")]
     ground: Vec<Ground>,
-    /// Engines; all that this build has where not given.
+    /// Engines; all that are available where not given.
     #[arg(long, value_delimiter = ',')]
     engine: Vec<EngineKind>,
     /// Let parts of a robot that can touch the ground touch each other too.
