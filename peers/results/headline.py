@@ -1,6 +1,7 @@
 """Measures the numbers of README's table again, and writes them to docs/results/data/headline.json and into the table.
 
-    python peers/results/headline.py LIFELIKE FOLDER     # FOLDER has data/lima and experiments/, as experiments/track-long.toml makes it
+    python peers/results/headline.py LIFELIKE FOLDER     # FOLDER has data/lima, data/g1 and experiments/, as experiments/track-long.toml makes it
+    sed s/lima/g1/ experiments/track-hard-test.txt > g1-hard-test.txt     # in FOLDER, before
 
 A test of `xtask` fails where README has other numbers than the file.
 """
@@ -23,6 +24,11 @@ ROWS = [
         "lima",
         "the same in MuJoCo",
         "eval --policy lima --motions @experiments/track-hard-test.txt --engine mujoco",
+    ),
+    (
+        "Unitree G1",
+        "83 harder clips of unseen people and styles",
+        "eval --policy g1 --robot g1 --motions @g1-hard-test.txt",
     ),
 ]
 

@@ -35,9 +35,9 @@ const AS_THEY_ARE: [&str; 25] = [
 
 /// Returns words without those that ask for nothing.
 pub(super) fn without_asides(words: Vec<String>) -> Vec<String> {
-    let words = simultaneously(words);
+    let words = simultaneously(with_these(words));
     let words = without_low_legs(said_once(corrected(without_title_time(words))));
-    without_shares(without_last_stand(words))
+    without_comments(without_shares(without_last_stand(words)))
 }
 
 fn has(all: &[&str], word: Option<&String>) -> bool {
@@ -50,6 +50,37 @@ fn piece_of(words: &[String], at: usize) -> [usize; 2] {
     let begin = words[..at].iter().rposition(joins).map_or(0, |join| join + 1);
     let end = words[at..].iter().position(joins).map_or(words.len(), |join| at + join);
     [begin, end]
+}
+
+/// Drops what is said of the actions: "that's the first bit of our line dance".
+fn without_comments(mut words: Vec<String>) -> Vec<String> {
+    let is_comment = |words: &[String], at: usize| {
+        let begins = at > 1 && has(&[",", "|"], words.get(at - 1));
+        let says = has(&["thats"], words.get(at))
+            || has(&["that", "this"], words.get(at)) && has(&["is", "was"], words.get(at + 1));
+        begins && says
+    };
+    while let Some(at) = (0..words.len()).find(|at| is_comment(&words, *at)) {
+        let [_, end] = piece_of(&words, at);
+        words.drain(at - 1..end);
+    }
+    words
+}
+
+/// "Ten curls, both arms together": with both arms.
+fn with_these(mut words: Vec<String>) -> Vec<String> {
+    const WHICH: [&str; 2] = ["both", "alternating"];
+    const LIMBS: [&str; 4] = ["arms", "hands", "legs", "fists"];
+    let length = |words: &[String], at: usize| {
+        let names = words[at] == "," && has(&WHICH, words.get(at + 1)) && has(&LIMBS, words.get(at + 2));
+        let together = usize::from(has(&["together"], words.get(at + 3)));
+        (names && has(&JOINS, words.get(at + 3 + together).or(Some(&words[at])))).then_some(3 + together)
+    };
+    while let Some((at, length)) = (1..words.len()).find_map(|at| Some((at, length(&words, at)?))) {
+        let limbs = words[at + 2].clone();
+        words.splice(at..at + length, ["with".to_string(), "both".to_string(), limbs]);
+    }
+    words
 }
 
 /// "Shrug and tilt the head simultaneously": while.

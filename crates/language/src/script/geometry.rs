@@ -234,9 +234,9 @@ fn as_letters(mut words: Vec<String>) -> Vec<String> {
     if !words[..at].iter().any(|word| ARMS.contains(&word.as_str())) {
         return words;
     }
-    const BEFORE: [&str; 15] = [
-        "in", "into", "like", "as", "a", "the", "letter", "form", "forming", "up", "make", "makes", "making", "big",
-        "large",
+    const BEFORE: [&str; 20] = [
+        "look", "looks", "u", "you", "so", "in", "into", "like", "as", "a", "the", "letter", "form", "forming", "up",
+        "make", "makes", "making", "big", "large",
     ];
     let before = words[..at].iter().rev().take_while(|word| BEFORE.contains(&word.as_str())).count();
     let after = usize::from(has(&["shape", "pose", "position", "form"], words.get(at + 1)));

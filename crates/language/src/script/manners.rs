@@ -15,6 +15,10 @@ const SKIPPED: [&str; 44] = [
 /// Words before the "like" of a wish.
 const ASKS: [&str; 6] = ["would", "id", "i", "we", "wed", "really"];
 
+/// Words of what nobody is happy about, and the manner of it.
+const LOSSES: [&str; 8] = ["lost", "died", "dead", "gone", "broke", "broken", "stolen", "hurt"];
+const SADLY: &str = "sadly";
+
 /// Words at which a clause ends.
 const JOINS: [&str; 7] = [",", "|", "and", "then", "while", "but", "with"];
 
@@ -88,13 +92,17 @@ pub(super) fn with_manners(words: Vec<String>) -> Vec<String> {
             manners.like.iter().find(is_like).map(|(phrase, means)| (rest.len() - likened.len() + phrase.len(), means));
         match alone.or(like) {
             Some((length, means)) => {
+                // "As if your puppy got lost" is no joy of puppies.
+                let mut more = rest[length..].iter().take_while(|word| !JOINS.contains(&word.as_str()));
+                let is_loss = means == "happily" && more.any(|word| LOSSES.contains(&word.as_str()));
+                let means = if is_loss { SADLY } else { means.as_str() };
                 // "Walk proudly with your chest out": a manner of the same, said once.
                 let is_piece = rest.get(length).is_none_or(|word| JOINS.contains(&word.as_str()));
                 if is_piece && out.len() > 1 && out.last().is_some_and(|last| last == "with") {
                     out.pop();
                 }
-                if out.last() != Some(means) {
-                    out.push(means.clone());
+                if out.last().is_none_or(|last| last != means) {
+                    out.push(means.to_string());
                 }
                 // The rest of a clause about somebody, or about one who does something, says no more.
                 let is_clause = opening > 0 && likened.len() < rest.len() - opening

@@ -6,7 +6,12 @@ use super::said::number;
 use super::split::is_participle;
 
 /// Phrases and plainer ones; an empty one says nothing.
-const PLAIN: [(&str, &str); 148] = [
+const PLAIN: [(&str, &str); 153] = [
+    ("heads shoulders knees and toes", "head , shoulders , knees and toes"),
+    ("head shoulders knees and toes", "head , shoulders , knees and toes"),
+    ("rite", "right"),
+    ("teeny weeny", "tiny"),
+    ("itsy bitsy", "tiny"),
     ("a plie", "a sumo squat"),
     ("hold it a seconds", "hold it for 1 seconds"),
     ("hold a seconds", "hold for 1 seconds"),
@@ -175,7 +180,7 @@ const ENDS: [&str; 5] = [",", "|", "and", "then", "again"];
 /// Returns words in a plainer form.
 pub(super) fn plainly(mut words: Vec<String>) -> Vec<String> {
     words.retain(|word| word != "also");
-    words = ways_apart(without_robot(just_one(words)));
+    words = held_meanwhile(ways_apart(without_robot(just_one(words))));
     words = without_what_stays(words);
     for (said, plain) in PLAIN {
         let said = split(said);
@@ -242,12 +247,16 @@ fn without_reasons(words: Vec<String>) -> Vec<String> {
     let is_habit = |words: &[String], at: usize| {
         is_one_of(words, at, &["like", "as"]) && is_one_of(words, at + 1, &PEOPLE) && is_one_of(words, at + 2, &DO)
     };
+    // "Look left and right like before you cross".
+    let is_time = |words: &[String], at: usize| {
+        is_one_of(words, at, &["like", "as"]) && is_one_of(words, at + 1, &["before", "when", "after"])
+    };
     let mut out: Vec<String> = Vec::with_capacity(words.len());
     let mut drops = false;
     for (at, word) in words.iter().enumerate() {
         if JOINS.contains(&word.as_str()) {
             drops = false;
-        } else if !out.is_empty() && (REASONS.contains(&word.as_str()) || is_habit(&words, at)) {
+        } else if !out.is_empty() && (REASONS.contains(&word.as_str()) || is_habit(&words, at) || is_time(&words, at)) {
             drops = true;
             // A comma before it ends nothing now.
             if out.last().is_some_and(|last| last == ",") {
@@ -311,8 +320,11 @@ pub(super) fn as_somebody(mut words: Vec<String>) -> Vec<String> {
         "toddler", "zombie",
     ];
     let from = usize::from(is_one_of(&words, 0, &["a", "an", "the"]));
-    let doing = words.iter().take(from + 4).position(|word| is_participle(word));
-    if let Some(doing) = doing.filter(|doing| *doing > from && is_one_of(&words, doing - 1, &PEOPLE)) {
+    let does = |at: usize| {
+        let is_described = at > from + 1 && words[at].ends_with('s');
+        at > from && is_one_of(&words, at - 1, &PEOPLE) && (is_participle(&words[at]) || is_described)
+    };
+    if let Some(doing) = (0..words.len().min(from + 5)).find(|at| does(*at)) {
         let who: Vec<String> = words.drain(..doing).skip(from).collect();
         words.splice(1..1, split("like a").into_iter().chain(who));
     }
@@ -337,6 +349,19 @@ fn ways_apart(mut words: Vec<String>) -> Vec<String> {
             words.splice(at + 2..at + 3, [",".to_string(), words[at].clone()]);
         }
         at += 1;
+    }
+    words
+}
+
+/// "Do a squat holding both arms out": while it holds them.
+fn held_meanwhile(mut words: Vec<String>) -> Vec<String> {
+    const HOLDS: [&str; 2] = ["holding", "keeping"];
+    const LIMBS_OF: [&str; 8] = ["your", "both", "the", "ur", "his", "her", "arms", "hands"];
+    let holds = |words: &[String], at: usize| {
+        is_one_of(words, at, &HOLDS) && is_one_of(words, at + 1, &LIMBS_OF) && !is_one_of(words, at - 1, &JOINS)
+    };
+    if let Some(at) = (1..words.len()).find(|at| holds(&words, *at)) {
+        words.insert(at, "while".into());
     }
     words
 }

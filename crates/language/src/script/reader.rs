@@ -23,7 +23,7 @@ const LEAST_ANGLE: u32 = 20;
 const LEAST_BENT: u32 = 5;
 const MOST_BENT: u32 = 60;
 /// Angle of a low bow (degrees).
-const LOW_BOW: u32 = 45;
+const LOW_BOW: u32 = 55;
 /// Duration of a pose that is held for no time that was said (s).
 const HOLD: f64 = 3.0;
 /// Duration of what is done "for a bit" (s).
@@ -41,6 +41,9 @@ const WALKS: [&str; 6] = ["walk", "walk_backward", "run", "jog_forward", "step_f
 const SHORT: f64 = 0.3;
 /// Duration of what is done "for a while" (s).
 const WHILE: f64 = 8.0;
+
+/// Words that say a turn once more: "about turn! A full 180 over the left shoulder".
+const AGAIN: [&str; 8] = ["degrees", "a", "full", "whole", "over", "the", "shoulder", "your"];
 
 /// Words that say nothing beside a number or a limb.
 pub(super) const LIMBS_AND_UNITS: [&str; 10] =
@@ -124,7 +127,7 @@ impl<'a> Reader<'a> {
                 // "About face! 180": the same turn in a number.
                 let same_turn = self.is_turn(&action)
                     && ends_with(script, &action)
-                    && piece.words.iter().all(|word| said.used.contains(word) || word == "degrees");
+                    && piece.words.iter().all(|word| said.used.contains(word) || AGAIN.contains(&word.as_str()));
                 if same_turn {
                     return;
                 }

@@ -187,6 +187,10 @@ impl Reader<'_> {
         let happens =
             words.first().is_some_and(|word| ["someone", "somebody", "its", "theres"].contains(&word.as_str()))
                 && words.iter().any(|word| ["you", "your", "u", "ur"].contains(&word.as_str()));
+        // "Move your right leg out so that the foot is off the floor" asks for the leg.
+        const LIMBS: [&str; 8] = ["leg", "arm", "hand", "foot", "knee", "elbow", "legs", "arms"];
+        let sides = |two: &[String]| ["left", "right"].contains(&two[0].as_str()) && LIMBS.contains(&two[1].as_str());
+        let asks = asks || words.windows(2).any(sides);
         let fits = |one: &Reaction<'_>| {
             let is_told = one.is_clear && !names_one || happens || certainty < SURE;
             !asks && (says_little || happens) && is_one(one) && is_told
@@ -202,6 +206,10 @@ impl Reader<'_> {
             && network.unknown.len() <= rules.unknown.len()
         {
             return network;
+        }
+        // A guess makes nothing possible.
+        if !rules.impossible.is_empty() && certainty < SURE {
+            return rules;
         }
         let least = if is_open(&rules) { OPEN } else { CLOSED };
         // A movement that no verb is, by the network, may have parameters that rules read.

@@ -161,7 +161,7 @@ pub(super) fn normal(text: &str) -> Vec<String> {
                 // A point between digits is part of the number.
                 if c == '.' && before.is_ascii_digit() { out.push('.') } else { out.push_str(" | ") }
             }
-            ',' => out.push_str(" , "),
+            ',' | '(' | ')' => out.push_str(" , "),
             '\u{b0}' | '\u{ba}' => out.push_str(" degrees "),
             '\'' | '\u{2019}' => {}
             '%' | '+' | '&' => out.push_str(" and "),

@@ -264,7 +264,7 @@ fn frames_and_reasons_ask_for_nothing() {
             "big circles with the right arm, four of them, going backwards",
             "arm circles backward, right side, 4 times, big",
         ),
-        ("the play is over and everyone's cheering for you", "bow, 45 degrees"),
+        ("the play is over and everyone's cheering for you", "bow, 55 degrees"),
         ("watch out, somebody has thrown a ball straight at your head!", "dodge, to the right"),
     ] {
         assert_eq!(line(text), expected, "{text}");

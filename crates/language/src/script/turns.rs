@@ -54,6 +54,9 @@ impl Reader<'_> {
             "look_aside" if said.side == Some(Side::Both) => "look_around",
             "twist_aside" if said.side == Some(Side::Both) && said.degrees.is_none() => "twist",
             "walk_sideways" if said.alternates => "step_touch",
+            "one_arm_out" if said.side == Some(Side::Both) => "arms_to_sides",
+            "hand_on_hip" if said.side == Some(Side::Both) => "hands_on_hips",
+            "reach_up" if said.side == Some(Side::Both) => "raise_arms",
             _ => return verb,
         };
         self.grammar.verb(both).unwrap_or(verb)

@@ -21,7 +21,7 @@ fn limbs_are_described_by_joints_and_places() {
     check(&[
         (
             "right upper arm out to the side at shoulder height, forearm hanging straight down from the elbow",
-            "right arm to the side 88 degrees, elbow bent 90",
+            "right arm to the side 88 degrees, elbow bent 90, forearm down",
         ),
         (
             "upper arms tight against the ribs, elbows bent 90 degrees, parallel to the floor",
@@ -33,7 +33,7 @@ fn limbs_are_described_by_joints_and_places() {
             "left shoulder flexion 90°, elbow fully extended, right arm relaxed at side",
             "left arm ahead 90 degrees, right arm down",
         ),
-        ("goalpost arms", "both arms to the side 88 degrees, elbow bent 90"),
+        ("goalpost arms", "both arms to the side 88 degrees, elbow bent 90, forearm up"),
         (
             "right arm behind your back, forearm across the small of it, other arm hangs loose",
             "left arm down, right arm behind 60 degrees, elbow bent 81, touching the back",

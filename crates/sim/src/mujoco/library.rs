@@ -99,7 +99,7 @@ pub fn library() -> Result<&'static Library, SimError> {
 }
 
 /// Returns the library's file: what `LIFELIKE_MUJOCO` names, else in the user's data folder, else in the checkout around the
-/// working folder or the program.
+/// program. The working folder is not looked at: a library is code.
 ///
 /// # Errors
 /// A message that says where it was expected and which command fetches it.
@@ -109,8 +109,8 @@ pub fn find() -> Result<PathBuf, String> {
     if let Some(named) = named() {
         return if named.is_file() { Ok(named) } else { inside(&named).ok_or_else(|| missing(&named)) };
     }
-    let starts = [std::env::current_dir().ok(), std::env::current_exe().ok()];
-    let checkouts = starts.iter().flatten().flat_map(|start| start.ancestors()).map(|folder| folder.join(CHECKOUT));
+    let program = std::env::current_exe().ok();
+    let checkouts = program.iter().flat_map(|program| program.ancestors()).map(|folder| folder.join(CHECKOUT));
     let mut folders = [fetched.clone()].into_iter().chain(checkouts);
     folders.find_map(|folder| inside(&folder)).ok_or_else(|| missing(&fetched))
 }

@@ -1,6 +1,6 @@
 //! Legs: feet that rise or step, and knees that bend.
 
-use super::{Context, LEGS, Words, side_of};
+use super::{Context, LEGS, Words, side_of, spreads};
 use crate::facts::{Side, Size};
 use crate::posture::{Foot, Posture, Turn};
 
@@ -8,6 +8,8 @@ use crate::posture::{Foot, Posture, Turn};
 const DEEP: f64 = 0.13;
 const SHALLOW: f64 = 0.06;
 const FAR: f64 = 0.09;
+/// Way of each foot to the other where they are together (m).
+const CLOSE: f64 = 0.04;
 /// Lean of the trunk over a leg that carries (degrees).
 const OVER: f64 = 8.0;
 
@@ -16,7 +18,7 @@ pub(super) fn legs(piece: &Words<'_>, context: &mut Context, posture: &mut Postu
     if piece.has(&["head", "chin"]) {
         return None;
     }
-    let plural = piece.has(&["legs", "feet", "knees", "stance", "heels"]);
+    let plural = piece.has(&["legs", "feet", "knees", "stance", "heels"]) || spreads(piece, context);
     // "The shin hangs", of a knee that is up.
     let is_shin = piece.has(&["shin", "shins"]) && context.legs.is_some();
     if is_shin && piece.has(&["hang", "dangle", "vertical", "vertically", "down", "relaxed", "loose"]) {
@@ -96,7 +98,8 @@ pub(super) fn legs(piece: &Words<'_>, context: &mut Context, posture: &mut Postu
         return Some(true);
     }
     if plural && piece.has(&["together"]) {
-        (posture.left_foot, posture.right_foot) = (Some(Foot::STANDING), Some(Foot::STANDING));
+        (posture.left_foot, posture.right_foot) =
+            (Some(Foot { to: [0.0, -CLOSE], height: 0.0 }), Some(Foot { to: [0.0, CLOSE], height: 0.0 }));
         return Some(true);
     }
     if plural && !piece.has(&["them"]) {

@@ -56,6 +56,8 @@ struct Context {
     legs: Option<Side>,
     before: Posture,
     last_verb: String,
+    /// True where the last limbs were legs.
+    of_legs: bool,
     /// True where "look left" may be of the same row.
     looks: bool,
 }
@@ -518,16 +520,18 @@ fn read(whole: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
         posture.trunk = (roll != 0.0 || is_rolled).then(|| Turn { roll, ..Turn::default() });
         detail |= hold.is_some() || piece.degrees().is_some();
     } else if (piece.has(&["lean", "tilt", "tip"]) || leans_on) && !mentions_arms
-        || piece.has(&["bend", "twist", "turn", "rotate"]) && piece.has(&TRUNK) && !names_limb
+        || piece.has(&["bend", "twist", "turn", "rotate", "go", "goes", "come"]) && piece.has(&TRUNK) && !names_limb
     {
         posture.trunk = Some(trunk(piece)?);
         let is_aside = posture.trunk.is_some_and(|turn| turn.roll != 0.0 || turn.yaw != 0.0);
         detail |= hold.is_some() || is_aside && piece.degrees().is_some();
     } else if mentions_legs && !mentions_arms {
+        context.of_legs = true;
         detail |= legs(piece, context, &mut posture)? || hold.is_some();
-    } else if mentions_arms || refers && context.arms.is_some() && !mentions_legs {
+    } else if mentions_arms || refers && context.arms.is_some() && !mentions_legs && !spreads(piece, context) {
+        context.of_legs = false;
         detail |= arms(piece, context, &mut posture)?;
-    } else if refers && context.legs.is_some() {
+    } else if refers && (context.legs.is_some() || spreads(piece, context)) {
         detail |= legs(piece, context, &mut posture)?;
     } else {
         return None;
@@ -539,10 +543,30 @@ fn read(whole: &Words<'_>, context: &mut Context, follows: bool) -> Option<Read>
         let is_verb = MOVES.contains(&base.as_str()) && !STATES.contains(&base.as_str());
         is_verb && !is_participle(word) && !word.ends_with("ed") && word != "bent"
     };
-    let moves =
-        piece.words.iter().zip(&piece.bases).any(goes) || is_down(&posture) && puts_down(&posture, &context.before);
+    let moves = !begins_with_limb(piece) && piece.words.iter().zip(&piece.bases).any(goes)
+        || is_down(&posture) && puts_down(&posture, &context.before);
     context.last_verb = verb.unwrap_or_else(|| std::mem::take(&mut context.last_verb));
     Some(Read { posture, moves, is_detailed: detail })
+}
+
+/// Returns whether "wide" is said of legs: "knees bent and wide".
+fn spreads(piece: &Words<'_>, context: &Context) -> bool {
+    context.of_legs && !piece.names_limb() && piece.has(&["apart", "wide", "wider"])
+}
+
+/// Returns whether a limb is what a piece is about: "the hands come together", not "bring the hands together".
+fn begins_with_limb(piece: &Words<'_>) -> bool {
+    const BEFORE: [&str; 7] = ["the", "your", "both", "left", "right", "ur", "one"];
+    let first = piece.words.iter().find(|word| !BEFORE.contains(&word.as_str()));
+    let is_limb = |word: &&String| {
+        let word = word.as_str();
+        ARMS.contains(&word)
+            || ELBOWS.contains(&word)
+            || FOREARMS.contains(&word)
+            || LEGS.contains(&word)
+            || word == "head"
+    };
+    first.is_some_and(|word| is_limb(&word)) && piece.bases.iter().any(|base| MOVES.contains(&base.as_str()))
 }
 
 /// Returns whether a foot is the object of a step.
