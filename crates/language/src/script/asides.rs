@@ -69,10 +69,9 @@ fn without_comments(mut words: Vec<String>) -> Vec<String> {
 
 /// "Ten curls, both arms together": with both arms.
 fn with_these(mut words: Vec<String>) -> Vec<String> {
-    const WHICH: [&str; 2] = ["both", "alternating"];
     const LIMBS: [&str; 4] = ["arms", "hands", "legs", "fists"];
     let length = |words: &[String], at: usize| {
-        let names = words[at] == "," && has(&WHICH, words.get(at + 1)) && has(&LIMBS, words.get(at + 2));
+        let names = words[at] == "," && has(&["both"], words.get(at + 1)) && has(&LIMBS, words.get(at + 2));
         let together = usize::from(has(&["together"], words.get(at + 3)));
         (names && has(&JOINS, words.get(at + 3 + together).or(Some(&words[at])))).then_some(3 + together)
     };

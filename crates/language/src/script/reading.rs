@@ -6,7 +6,7 @@ use super::beside::without_negations;
 use super::learned::{Stretch, Taken};
 use super::mirrored::{add_mirror_image, divided};
 use super::phrases::{Fit, Meaning};
-use super::postures::{Segment, described, overlaid, segments};
+use super::postures::{AT_THE_END, Described, Segment, described, overlaid, segments};
 use super::reader::{Before, MOST_WITHIN, Piece, Reader};
 use super::said::said;
 use super::situations::Reaction;
@@ -35,8 +35,6 @@ const VERY_SURE: f64 = 0.8;
 /// Probability from which an action is named for words that were not understood.
 const NAMED: f64 = 0.1;
 
-/// Hold of a posture that nobody asked to hold, at most (s).
-const MOMENT: f64 = 1.9;
 /// Certainty from which a description by the network is followed where rules read it all otherwise.
 const DESCRIBED: f64 = 0.6;
 
@@ -237,17 +235,11 @@ impl Reader<'_> {
         // A piece of which a phrase says every word is no story around.
         let is_less = network.impossible.is_empty() && is_part(&verbs(&network), &verbs(&rules));
         let drops = !is_open(&rules) && is_less && self.drops(&words, &network);
-        // "3 steps forward 2 steps back 1 jump": as many counts as actions.
-        let counted = |script: &Script| {
-            let actions = script.clauses.iter().flat_map(|clause| &clause.actions);
-            actions.filter(|action| action.count.is_some()).count()
-        };
-        let uncounted = !is_open(&rules) && counted(&rules) > 1 && counted(&network) < counted(&rules);
-        // "Punch left, right, left": the same verb again and again.
-        let again = verbs(&rules);
-        let is_row = again.len() > verbs(&network).len() && again.windows(2).all(|two| two[0] == two[1]);
-        let uncounted = uncounted || !is_open(&rules) && is_row;
-        let lacks = loses || uncounted || knows_less || drops || self.keeps_row(&words, &rules, &network, certainty);
+        let lacks = loses
+            || splits_more(&rules, &network)
+            || knows_less
+            || drops
+            || self.keeps_row(&words, &rules, &network, certainty);
         if is_same || lacks || has_newer || is_manner || certainty < least { rules } else { network }
     }
 
@@ -396,7 +388,7 @@ impl Reader<'_> {
 
     /// Adds a description of limbs: during the last action where a join says so and its arms are free, else after it.
     fn describe(&self, script: &mut Script, join: Join, words: &[String]) {
-        let Some((mut clause, open)) = described(&self.phrases, words) else {
+        let Some(Described { mut clause, open, left_out }) = described(&self.phrases, words) else {
             let piece = Piece { join, words: words.to_vec(), fit: self.fit(words) };
             match piece.fit {
                 Some(_) => self.perform(script, &piece, &mut Before::default(), MOST_WITHIN),
@@ -404,6 +396,7 @@ impl Reader<'_> {
             }
             return;
         };
+        script.notes.extend((!left_out.is_empty()).then(|| format!("left out: {}", left_out.join(" "))));
         let is_along = matches!(join, Join::While | Join::With);
         let is_of_arms = matches!(&clause.postures[..], [posture] if posture.moves_only_arms());
         match script.clauses.last_mut().filter(|last| is_along && is_of_arms && self.has_free_arms(last)) {
@@ -433,7 +426,7 @@ impl Reader<'_> {
     fn lead_by(&self, script: &mut Script, join: Join) {
         let [.., described, action] = &script.clauses[..] else { return };
         let is_of_arms = described.is_only_postures()
-            && matches!(&described.postures[..], [posture] if posture.moves_only_arms() && posture.hold <= MOMENT);
+            && matches!(&described.postures[..], [posture] if posture.moves_only_arms() && posture.hold <= AT_THE_END);
         if matches!(join, Join::Comma | Join::While) && is_of_arms && self.has_free_arms(action) {
             let at = script.clauses.len() - 2;
             let described = script.clauses.remove(at);
@@ -534,6 +527,18 @@ fn done_again(words: &[String]) -> Option<usize> {
     let is_whole =
         words.get(at + 1).is_some_and(|word| ["it", "that", "everything", "all", "this"].contains(&word.as_str()));
     (is_whole && words[at..].iter().any(|word| word == "again")).then_some(at)
+}
+
+/// Returns whether rules that leave nothing over divide a sentence more: more actions with counts ("3 steps forward 2 steps back 1
+/// jump"), or the same verb again ("punch left, right, left").
+fn splits_more(rules: &Script, network: &Script) -> bool {
+    let counted = |script: &Script| {
+        let actions = script.clauses.iter().flat_map(|clause| &clause.actions);
+        actions.filter(|action| action.count.is_some()).count()
+    };
+    let row = verbs(rules);
+    let is_row = row.len() > verbs(network).len() && row.windows(2).all(|two| two[0] == two[1]);
+    !is_open(rules) && (is_row || counted(rules) > 1 && counted(network) < counted(rules))
 }
 
 /// Returns whether rules left something of a sentence over, or guessed.

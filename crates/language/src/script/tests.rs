@@ -627,3 +627,21 @@ fn counts_and_corrections_after_a_sentence_are_of_its_action() {
         assert_eq!(line(text), expected, "{text}");
     }
 }
+
+#[test]
+fn words_that_nobody_knows_are_left_out_of_a_description_and_said() {
+    let script = read("stand with one arm draped over your head and the other dangling limply");
+    assert!(script.clauses[0].is_only_postures(), "{script}");
+    assert!(script.notes.iter().any(|note| note == "left out: draped"), "{:?}", script.notes);
+    for (text, expected) in [
+        (
+            "the hands come together, elbows stick out sideways, and the head drops forward",
+            "both arms ahead 52 degrees, elbow bent 60, touching the other hand, head forward 25",
+        ),
+        ("ten slow biceps curls, both arms together", "bicep curl, both side, 10 times, slow"),
+        ("do a squat holding both arms straight out in front of you", "arms ahead, both side while: squat, once"),
+        ("walk as if your puppy got lost", "walk, forward, sad"),
+    ] {
+        assert_eq!(line(text), expected, "{text}");
+    }
+}

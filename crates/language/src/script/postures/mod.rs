@@ -25,7 +25,7 @@ use crate::touch::Touch;
 
 /// Duration of a hold on the way (s), of the last one, and of one that is said without a time.
 const ON_THE_WAY: f64 = 0.6;
-const AT_THE_END: f64 = 1.9;
+pub(super) const AT_THE_END: f64 = 1.9;
 const HELD: f64 = 3.0;
 /// Share of a head's roll that the trunk shows: most necks of robots do not roll.
 const LEANS: f64 = 0.8;
@@ -257,31 +257,40 @@ pub(super) fn segments(
     (out.iter().any(|one| matches!(one, Segment::Postures(_))) && out.iter().all(is_sure)).then_some(out)
 }
 
-/// Reads words that describe limbs, by the network, with those that no rule knows left out. Returns the postures and the pieces
-/// that say nothing; nothing where none is read.
-pub(super) fn described(phrases: &Phrases, words: &[String]) -> Option<(Clause, Vec<String>)> {
+/// A description of limbs as it was read.
+pub(super) struct Described {
+    /// Its postures.
+    pub clause: Clause,
+    /// Pieces that are no posture.
+    pub open: Vec<String>,
+    /// Words that no rule knows.
+    pub left_out: Vec<String>,
+}
+
+/// Reads words that describe limbs, by the network, with those that no rule knows left out; nothing where no posture is read.
+pub(super) fn described(phrases: &Phrases, words: &[String]) -> Option<Described> {
     let pieces = with_limbs(pieces(words));
     let returns = pieces.iter().skip(1).any(|(_, piece)| puts_back(piece));
     let mut row = Row { returns, ..Row::default() };
-    let mut open = Vec::new();
+    let (mut open, mut left_out) = (Vec::new(), Vec::new());
     for (join, piece) in pieces {
         let bases: Vec<String> = piece.iter().map(|word| base(phrases, word)).collect();
         let whole = Words { words: &piece, bases, said: said(&piece) };
-        let known: Vec<String> = piece
-            .iter()
-            .zip(&whole.bases)
-            .filter(|(word, base)| whole.is_known(word, base))
-            .map(|p| p.0.clone())
-            .collect();
+        let is_known = |(word, base): &(&String, &String)| whole.is_known(word, base);
+        let (known, unknown): (Vec<_>, Vec<_>) = piece.iter().zip(&whole.bases).partition(is_known);
+        let [known, unknown] = [known, unknown].map(|words| words.into_iter().map(|(word, _)| word.clone()).collect());
+        let (known, unknown): (Vec<String>, Vec<String>) = (known, unknown);
         let bases = known.iter().map(|word| base(phrases, word)).collect();
         let is_read = !known.is_empty() && row.add(join, &Words { words: &known, bases, said: said(&known) });
-        if !is_read {
+        if is_read {
+            left_out.extend(unknown.into_iter().filter(|word| !phrases.filler.contains(word)));
+        } else {
             let rest: Vec<&str> =
                 piece.iter().map(String::as_str).filter(|word| !phrases.filler.contains(*word)).collect();
             open.extend((!rest.is_empty()).then(|| rest.join(" ")));
         }
     }
-    (!row.postures.is_empty()).then(|| (row.clause(), open))
+    (!row.postures.is_empty()).then(|| Described { clause: row.clause(), open, left_out })
 }
 
 /// Returns the base form of a word, verbs of limbs included that no phrase has: "tipping" is "tip".
