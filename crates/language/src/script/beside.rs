@@ -45,9 +45,10 @@ pub(super) const HOLDS: [&str; 20] = [
 pub(super) fn is_hold(words: &[String]) -> bool {
     let said = said(words);
     let fillers = ["for", "in", "this", "the", "a", "your", "like", "about"];
-    let is_part = |word: &String| HOLDS.contains(&word.as_str()) || word == "up" || fillers.contains(&word.as_str());
+    let is_way = |word: &String| ["up", "down", "low"].contains(&word.as_str());
+    let is_part = |word: &String| HOLDS.contains(&word.as_str()) || is_way(word) || fillers.contains(&word.as_str());
     let holds = words.first().is_some_and(|word| HOLDS[..13].contains(&word.as_str()));
-    let stays = words.len() > 1 && words.iter().all(|word| HOLDS.contains(&word.as_str()) || word == "up");
+    let stays = words.len() > 1 && words.iter().all(|word| HOLDS.contains(&word.as_str()) || is_way(word));
     (said.seconds.is_some() || stays)
         && holds
         && words.iter().all(|word| is_part(word) || said.used.contains(word) || word == "seconds")

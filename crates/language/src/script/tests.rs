@@ -641,6 +641,7 @@ fn words_that_nobody_knows_are_left_out_of_a_description_and_said() {
         ("ten slow biceps curls, both arms together", "bicep curl, both side, 10 times, slow"),
         ("do a squat holding both arms straight out in front of you", "arms ahead, both side while: squat, once"),
         ("walk as if your puppy got lost", "walk, forward, sad"),
+        ("a low bow, stay down for four seconds", "trunk forward 55, held 4 s"),
     ] {
         assert_eq!(line(text), expected, "{text}");
     }
