@@ -98,7 +98,7 @@ mod tests {
     use std::io::Result;
     use std::sync::{Arc, Mutex};
 
-    /// Text on a terminal of so many columns, whose lines can be cleared.
+    /// Text on a terminal of a width (columns), whose lines can be cleared.
     #[derive(Debug, Clone)]
     struct Screen(Arc<Mutex<String>>, u16);
 

@@ -66,7 +66,7 @@ pub(super) use {arrays, arrays_mut, constants, offsets, values, values_mut};
 /// The array of a pointer at an offset; empty where MuJoCo has none.
 ///
 /// # Safety
-/// At the offset is a pointer to so many rows, or null.
+/// At the offset is a pointer to `rows` rows, or null.
 pub(super) unsafe fn array<'a, T>(base: *const u8, at: usize, rows: usize) -> &'a [T] {
     // SAFETY: the caller's.
     unsafe {
