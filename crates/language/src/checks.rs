@@ -242,7 +242,7 @@ fn of_action(tracks: &Tracks, verb: &Verb, action: &Action, meanwhile: Meanwhile
         // A chest bends half as far as a head does.
         let (what, share) = if tracks.head.is_empty() { ("chest", 0.5) } else { ("head", 1.0) };
         let (way, least) = match mood {
-            Mood::Sad | Mood::Tired => ("down", 6.0 * share),
+            Mood::Sad | Mood::Tired | Mood::Frail => ("down", 6.0 * share),
             Mood::Angry | Mood::Afraid => ("down", 4.0 * share),
             Mood::Proud | Mood::Happy | Mood::Graceful => ("up", 3.0 * share),
         };

@@ -100,6 +100,8 @@ pub enum Mood {
     Afraid,
     /// Slower and larger, the arms a little aside.
     Graceful,
+    /// Bent forward, slow and small.
+    Frail,
 }
 
 /// Changes of a motion that show a mood.
@@ -132,6 +134,7 @@ impl Mood {
             Self::Tired => "tired",
             Self::Afraid => "afraid",
             Self::Graceful => "graceful",
+            Self::Frail => "frail",
         }
     }
 
@@ -145,6 +148,7 @@ impl Mood {
             Self::Tired => manner([0.68, 0.8, 0.85], [11.0, 18.0], [14.0, -4.0, -8.0], 0.0),
             Self::Afraid => manner([0.88, 0.62, 0.72], [9.0, 13.0], [30.0, -6.0, 80.0], 28.0),
             Self::Graceful => manner([0.75, 1.15, 1.05], [-3.0, -10.0], [4.0, 26.0, 18.0], 0.0),
+            Self::Frail => manner([0.6, 0.62, 0.72], [32.0, -4.0], [28.0, 2.0, 40.0], 0.0),
         }
     }
 }

@@ -190,6 +190,11 @@ impl Posture {
         !self.is_empty() && arms.is_empty()
     }
 
+    /// Returns whether it moves something, and no foot.
+    pub fn leaves_feet(&self) -> bool {
+        !self.is_empty() && self.left_foot.is_none() && self.right_foot.is_none()
+    }
+
     /// Returns whether it leans the trunk forward and does nothing else.
     pub fn is_lean(&self) -> bool {
         let rest = Self { trunk: None, ..self.clone() };

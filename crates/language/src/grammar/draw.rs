@@ -7,6 +7,7 @@ use rand::seq::IndexedRandom;
 use super::table::{Acts, Grammar, Synth, Tempo, Verb};
 use crate::dataset::Split;
 use crate::facts::{Action, Direction, Facts, HeldOut, Mood, Relation, Side, Size, Speed};
+use crate::posture::{Posture, Turn};
 
 /// Share of the combinations that are never trained on.
 const HELD_OUT: f64 = 0.08;
@@ -35,6 +36,30 @@ pub struct PartDraw {
     pub gain: f64,
     /// The action as a sentence has it.
     pub action: Action,
+    /// Bearing of trunk, head and knees during it.
+    pub carriage: Carriage,
+}
+
+/// Bearing during an action, beside what the action does itself.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Carriage {
+    /// Rotation of the trunk.
+    pub trunk: Turn,
+    /// Rotation of the head.
+    pub head: Turn,
+    /// Depth to which bent knees lower the pelvis (m, of the keyframed figure).
+    pub sink: f64,
+}
+
+impl Carriage {
+    /// Returns the bearing that a posture describes; its arms and feet are none.
+    pub fn of(posture: &Posture) -> Self {
+        Self {
+            trunk: posture.trunk.unwrap_or_default(),
+            head: posture.head.unwrap_or_default(),
+            sink: posture.sink.unwrap_or(0.0),
+        }
+    }
 }
 
 /// One clip as it is to be made.
@@ -126,7 +151,7 @@ fn part<R: Rng>(grammar: &Grammar, number: usize, relation: Relation, rng: &mut 
         }
         _ => {}
     }
-    PartDraw { verb: number, mirrored, cycles, degrees, speed, gain, action }
+    PartDraw { verb: number, mirrored, cycles, degrees, speed, gain, action, carriage: Carriage::default() }
 }
 
 /// Returns the split of a combination: by what is said, not by the seed, so that no seed trains on what another holds

@@ -10,7 +10,7 @@ use lifelike_motion::retarget::{RetargetOptions, retarget};
 use lifelike_motion::{MotionClip, keyframes};
 use rand::{Rng, RngCore};
 
-use super::draw::{Draw, PartDraw, draw};
+use super::draw::{Carriage, Draw, PartDraw, draw};
 use super::score::{Cycle, Score};
 use super::table::{Acts, Grammar, Synth};
 use super::words::captions;
@@ -178,6 +178,7 @@ impl<'a> Generator<'a> {
                 speed: 1.0,
                 gain: 1.0,
                 action: crate::facts::Action::of(&verb.name),
+                carriage: Carriage::default(),
             };
             let nominal = generator.part(&part, None).and_then(|clip| {
                 let tracks = Tracks::of(&clip, character, anatomy)?;
@@ -326,6 +327,7 @@ impl<'a> Generator<'a> {
                 ["left_arm", "right_arm"].iter().for_each(|arm| score.lift_part(arm, manner.lift));
             }
         }
+        carry(&mut score, &part.carriage, if part.mirrored { -1.0 } else { 1.0 });
         score.faster(part.speed);
         score.fall(GRAVITY * self.smaller);
         let source = keyframes::parse(score.to_text().as_bytes(), Path::new(&format!("{}.keys.toml", verb.name)))?;
@@ -402,4 +404,20 @@ fn vary(score: &mut Score, cycle: Option<&Cycle>, rng: &mut dyn RngCore) {
         score.scale_part("head", rng.random_range(0.85..1.15));
     }
     score.offset("chest", "pitch", rng.random_range(-1.5..2.0));
+}
+
+/// Holds trunk, head and knees in a bearing; `way` is -1 where the mirror image is taken afterwards.
+fn carry(score: &mut Score, carriage: &Carriage, way: f64) {
+    let Carriage { trunk, head, sink } = carriage;
+    let channels = [
+        ("chest", "pitch", trunk.pitch),
+        ("chest", "roll", way * trunk.roll),
+        ("chest", "yaw", way * trunk.yaw),
+        ("head", "pitch", head.pitch),
+        ("head", "yaw", way * head.yaw),
+        ("pelvis", "z", -sink),
+    ];
+    for (part, axis, by) in channels.into_iter().filter(|(_, _, by)| *by != 0.0) {
+        score.offset(part, axis, by);
+    }
 }

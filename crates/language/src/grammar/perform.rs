@@ -5,7 +5,7 @@ use lifelike_motion::MotionClip;
 use lifelike_motion::edit::{Compose, Length, Part, compose, joints_of, sequence, trim};
 use rand::Rng;
 
-use super::draw::PartDraw;
+use super::draw::{Carriage, PartDraw};
 use super::generator::Generator;
 use super::table::{Acts, Show, Synth, Tempo, Verb};
 use crate::checks::{Fact, Finding, SIMULATED, SignalName, Tracks, check, measure};
@@ -71,7 +71,9 @@ impl Generator<'_> {
             let clip = match clause.actions.as_slice() {
                 [action] if clause.is_only_postures() => self.postured(&clause.postures, action.mood),
                 [action] if !clause.postures.is_empty() => {
-                    let below = self.alone(action, clause.seconds, emphasis, &mut rng)?;
+                    let part = self.part_of(action, emphasis, &mut rng)?;
+                    let part = PartDraw { carriage: Carriage::of(&clause.postures[0]), ..part };
+                    let below = self.timed(part, action, clause.seconds, &mut rng)?;
                     self.held_during(&clause.postures[0], &action.verb, below)
                 }
                 [action] if clause.rise.is_some() => self.rising(action, clause.rise, emphasis, &mut rng),
@@ -226,6 +228,7 @@ impl Generator<'_> {
             speed: 1.0,
             gain: 1.0,
             action: Action::of(&known.name),
+            carriage: Carriage::default(),
         };
         let clip = self.part(&part, None)?;
         let still = still_seconds(&clip);
@@ -244,7 +247,17 @@ impl Generator<'_> {
         emphasis: f64,
         rng: &mut impl Rng,
     ) -> Result<MotionClip, LanguageError> {
-        let mut part = self.part_of(action, emphasis, rng)?;
+        self.timed(self.part_of(action, emphasis, rng)?, action, seconds, rng)
+    }
+
+    /// Makes one action as far and for as long as was asked for.
+    fn timed(
+        &self,
+        mut part: PartDraw,
+        action: &Action,
+        seconds: Option<f64>,
+        rng: &mut impl Rng,
+    ) -> Result<MotionClip, LanguageError> {
         let is_arc = self.grammar().verbs[part.verb].synth == Some(Synth::Curve);
         if let Some(metres) = action.metres.filter(|_| !is_arc) {
             return self.as_far(part, metres, seconds, rng);
@@ -479,7 +492,8 @@ impl Generator<'_> {
             None if verb.acts == Acts::Feet => as_large.max(SHORTEST) * rng.random_range(0.9..1.1),
             None => as_large * rng.random_range(0.9..1.1),
         };
-        let part = PartDraw { verb: number, mirrored, cycles, degrees, speed, gain, action: action.clone() };
+        let carriage = Carriage::default();
+        let part = PartDraw { verb: number, mirrored, cycles, degrees, speed, gain, action: action.clone(), carriage };
         match action.degrees.filter(|_| verb.bends) {
             Some(degrees) => self.bent_by(part, f64::from(degrees)),
             None => Ok(part),

@@ -45,6 +45,9 @@ const LOWERED: f64 = 0.3;
 const STEP: f64 = 0.09;
 /// Factor of the time of what is done slowly.
 const SLOW: f64 = 2.4;
+/// Bend of knees that is added until legs reach, at once and at most (m, of the keyframed figure).
+const DEEPER: f64 = 0.03;
+const DEEPEST: f64 = 0.18;
 /// Largest error of an arm's angle (degrees).
 const ANGLE: f64 = 20.0;
 /// Elbow from which an arm's angle is not measured at its hand (degrees).
@@ -200,6 +203,20 @@ fn laid_out(postures: &[Posture]) -> Writer {
     out
 }
 
+/// Returns a posture with the knees bent farther (m, of the keyframed figure) where it moves a foot away, or bends them already.
+fn lowered(posture: &Posture, by: f64) -> Posture {
+    let feet = [posture.left_foot, posture.right_foot];
+    let is_away = feet.iter().flatten().any(|foot| *foot != Foot::STANDING);
+    let returns = !is_away && feet.iter().any(Option::is_some);
+    let sink = match posture.sink {
+        _ if by == 0.0 => posture.sink,
+        None if returns => Some(0.0),
+        None if !is_away => None,
+        sink => Some(sink.unwrap_or(0.0) + by),
+    };
+    Posture { sink, ..posture.clone() }
+}
+
 impl Writer {
     /// Returns the keyframed text.
     fn score(&self) -> Score {
@@ -230,7 +247,8 @@ impl Writer {
 impl Generator<'_> {
     /// Makes the motion of postures. A trunk that leans is measured, and made again with the angle that it lacks.
     pub(super) fn postured(&self, postures: &[Posture], mood: Option<Mood>) -> Result<MotionClip, LanguageError> {
-        let clip = self.keyframed(postures, mood)?;
+        let (postures, clip) = self.within_reach(postures, mood)?;
+        let postures = &postures[..];
         let most = |angle: fn(&Turn) -> f64| {
             let angles = postures.iter().filter_map(|posture| posture.trunk.as_ref()).map(|turn| angle(turn).abs());
             angles.fold(0.0, f64::max)
@@ -251,6 +269,23 @@ impl Generator<'_> {
             postures.iter().map(|posture| Posture { trunk: posture.trunk.map(scaled), ..posture.clone() }).collect();
         // More than the legs can carry stays as it was.
         Ok(self.keyframed(&again, mood).unwrap_or(clip))
+    }
+
+    /// Makes the motion of postures, with knees bent as far as it takes for legs to reach where feet are put.
+    fn within_reach(
+        &self,
+        postures: &[Posture],
+        mood: Option<Mood>,
+    ) -> Result<(Vec<Posture>, MotionClip), LanguageError> {
+        let moves_foot = postures.iter().any(|posture| !posture.is_empty() && !posture.leaves_feet());
+        let mut deeper = 0.0;
+        loop {
+            let lower: Vec<Posture> = postures.iter().map(|posture| lowered(posture, deeper)).collect();
+            match self.keyframed(&lower, mood) {
+                Err(LanguageError::Motion(_)) if moves_foot && deeper < DEEPEST => deeper += DEEPER,
+                made => return made.map(|clip| (lower, clip)),
+            }
+        }
     }
 
     /// Makes the motion of postures as they are written.
@@ -283,18 +318,22 @@ impl Generator<'_> {
         Ok(clip)
     }
 
-    /// Holds a posture of arms during a motion; on the spot they are there before it begins.
+    /// Holds the arms of a posture during a motion; on the spot they are there before it begins.
     pub(super) fn held_during(
         &self,
         posture: &Posture,
         verb: &str,
         below: MotionClip,
     ) -> Result<MotionClip, LanguageError> {
+        if posture.left_arm.is_none() && posture.right_arm.is_none() {
+            return Ok(below);
+        }
         let on_the_spot = matches!(self.grammar().verb(verb)?.acts, Acts::Body | Acts::Foot);
         let frames = if on_the_spot { (ARMS_UP * below.fps).round() as usize } else { 0 };
         let below = repeated(&repeated(&below, below.len() - 1, frames), 0, frames);
         let hold = (below.seconds() - BOTH_WAYS).max(0.1);
-        let arms = self.postured(&[Posture { hold, ..posture.clone() }], None)?;
+        let arms = Posture { hold, head: None, trunk: None, sink: None, ..posture.clone() };
+        let arms = self.postured(&[arms], None)?;
         let arms = trim(&arms, Some(0.2), Some((below.seconds() + 0.1).min(arms.seconds() - 0.1)))?;
         let parts = match (posture.left_arm, posture.right_arm) {
             (Some(_), None) => "left_arm",
@@ -408,6 +447,13 @@ mod tests {
         let apart = |frame: usize| (tracks.feet[0][frame] - tracks.feet[1][frame]).norm();
         let widest = (0..tracks.len()).map(apart).fold(0.0, f64::max);
         assert!(widest > 1.6 * apart(0) && apart(tracks.len() - 1) < 1.1 * apart(0), "{widest}");
+        // As wide with hardly bent knees: they bend as far as it takes.
+        let feet = [0.2, -0.2].map(|y| Some(Foot { to: [0.0, y], height: 0.0 }));
+        let stiff =
+            Posture { left_foot: feet[0], right_foot: feet[1], sink: Some(0.03), hold: 1.0, ..Posture::default() };
+        let (_, far, _) = made(&[stiff]);
+        let farthest = (0..far.len()).map(|t| (far.feet[0][t] - far.feet[1][t]).norm()).fold(0.0, f64::max);
+        assert!(farthest > widest, "{farthest}, {widest}");
         let lean = Posture { trunk: Some(Turn { pitch: 25.0, ..Turn::default() }), hold: 1.0, ..Posture::default() };
         let (_, tracks, _) = made(&[lean]);
         let most = tracks.chest.iter().fold(0.0_f64, |most, angle| most.max(angle.to_degrees()));

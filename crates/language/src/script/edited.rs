@@ -44,7 +44,7 @@ impl Script {
     }
 
     /// Checks numbers and pairs, which a sentence cannot have wrong.
-    fn check(&self, grammar: &Grammar) -> Result<(), String> {
+    pub(super) fn check(&self, grammar: &Grammar) -> Result<(), String> {
         if self.clauses.is_empty() {
             return Err("expected a clause, got none".into());
         }
@@ -57,10 +57,10 @@ impl Script {
             if !(1..=MAX_TIMES).contains(&clause.times) {
                 return fail(&format!("times from 1 to {MAX_TIMES}"), clause.times.to_string());
             }
-            let is_held = clause.postures.len() == 1 && clause.postures[0].moves_only_arms();
+            let is_held = clause.postures.len() == 1 && clause.postures[0].leaves_feet();
             if !(clause.postures.is_empty() || clause.is_only_postures() || is_held && clause.actions.len() == 1) {
                 return fail(
-                    "'stand' beside postures, or one posture of arms",
+                    "'stand' beside postures, or one posture that moves no foot",
                     format!("{} postures", clause.postures.len()),
                 );
             }

@@ -7,6 +7,7 @@ use super::split::{Join, is_participle};
 use super::{Clause, Script};
 use crate::facts::{Action, Direction, Side};
 use crate::grammar::{Acts, Verb};
+use crate::posture::{Posture, Turn};
 
 /// Gestures that nobody does while walking up to something.
 const STANDING: [&str; 13] = [
@@ -38,6 +39,12 @@ const SWAYING: [&str; 10] = [
     "kneel",
     "crouch",
 ];
+/// Lean of a trunk that is bent or thrown back while the robot walks, and the most of it (degrees).
+const LEAN: f64 = 25.0;
+const MOST_LEAN: f64 = 35.0;
+const LEAN_BACK: f64 = 12.0;
+/// Lean (degrees) and depth (m, of the keyframed figure) of somebody who walks crouched.
+const CROUCH: (f64, f64) = (15.0, 0.1);
 /// Repetitions of "some squats".
 const SOME: u32 = 3;
 
@@ -168,6 +175,15 @@ impl Reader<'_> {
                     script.clauses.push(Clause::new(vec![action]));
                 }
             }
+            // "Walk bent forward", "lean back while you walk": a bearing of the other one.
+            (Some(None), Some(last)) if self.bears(last, &action, times) => {
+                let (bearing, borne) = match self.bearing(&action) {
+                    Some(bearing) => (bearing, last.actions[0].clone()),
+                    None => (self.bearing(&last.actions[0]).unwrap_or_default(), action),
+                };
+                let seconds = last.seconds.or(seconds);
+                *last = Clause { postures: vec![bearing], seconds, ..Clause::new(vec![borne]) };
+            }
             // "A heart with the arms over your head": where the hands are.
             (Some(None), Some(last)) if action.verb == "raise_arms" && self.is_of_hands(&last.actions) => {}
             (Some(None), Some(last)) => {
@@ -182,6 +198,36 @@ impl Reader<'_> {
             }
             _ => script.clauses.push(Clause { seconds, times, ..Clause::new(vec![action]) }),
         }
+    }
+
+    /// Returns the bearing that a lean or a crouch is for an action of the feet.
+    fn bearing(&self, action: &Action) -> Option<Posture> {
+        let angle = |usual: f64| action.degrees.map_or(usual, f64::from);
+        let bent = |trunk: Turn| Posture { trunk: Some(trunk), ..Posture::default() };
+        match action.verb.as_str() {
+            "lean_forward" => Some(bent(Turn { pitch: angle(LEAN).min(MOST_LEAN), ..Turn::default() })),
+            "lean_backward" => Some(bent(Turn { pitch: -angle(LEAN_BACK).min(LEAN_BACK), ..Turn::default() })),
+            "lean_aside" => {
+                let way = if action.direction == Some(Direction::Left) { -1.0 } else { 1.0 };
+                Some(bent(Turn { roll: way * angle(LEAN_BACK).min(LEAN_BACK), ..Turn::default() }))
+            }
+            "crouch" | "squat" | "hold_squat" => {
+                let trunk = Some(Turn { pitch: CROUCH.0, ..Turn::default() });
+                Some(Posture { trunk, sink: Some(CROUCH.1), ..Posture::default() })
+            }
+            _ => None,
+        }
+    }
+
+    /// Returns whether one of two actions goes somewhere, and the other is a bearing of it.
+    fn bears(&self, last: &Clause, action: &Action, times: u32) -> bool {
+        let [before] = &last.actions[..] else { return false };
+        let goes = |action: &Action| {
+            self.grammar.verb(&action.verb).is_ok_and(|verb| verb.acts == Acts::Feet && !self.is_turn(action))
+        };
+        let is_free = last.postures.is_empty() && last.times == 1 && times == 1;
+        let pair = [before, action];
+        is_free && pair.iter().any(|one| self.bearing(one).is_some()) && pair.iter().any(|one| goes(one))
     }
 
     /// Returns whether actions are gestures of the hands alone.

@@ -49,6 +49,10 @@ pub(super) fn of_supporting_leg(verb: &Verb, words: &[String], said: Said) -> Sa
 pub(super) fn is_above((upper, above): (&Verb, &Action), (lower, below): (&Verb, &Action)) -> bool {
     let stands = |verb: &Verb| !verb.shows.iter().any(|show| matches!(show, Show::Low | Show::Bent));
     match (upper.acts, lower.acts) {
+        // "Swat with both hands in turn": each hand its own.
+        (Acts::Hand, Acts::Hand) if upper.name == lower.name => {
+            matches!((above.side, below.side), (Some(one), Some(other)) if one != other)
+        }
         _ if upper.name == lower.name => false,
         (Acts::Head, Acts::Head) => false,
         (Acts::Head, _) => true,

@@ -6,10 +6,11 @@ use serde::Deserialize;
 
 const TEXT: &str = include_str!("manners.toml");
 /// Words between "like" and what it is like.
-const SKIPPED: [&str; 44] = [
+const SKIPPED: [&str; 48] = [
     "youd", "theyd", "you", "u", "he", "she", "it", "its", "they", "i", "we", "someone", "somebody", "one", "youve",
     "youre", "hes", "shes", "theyre", "theyve", "have", "has", "had", "are", "is", "were", "was", "been", "just",
-    "really", "a", "an", "the", "this", "that", "there", "theres", "your", "some", "ur", "in", "at", "on", "be",
+    "really", "a", "an", "the", "this", "that", "there", "theres", "your", "some", "ur", "in", "at", "on", "be", "my",
+    "his", "her", "very",
 ];
 
 /// Words before the "like" of a wish.

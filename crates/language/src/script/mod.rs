@@ -24,6 +24,7 @@ mod plain;
 mod postures;
 mod reader;
 mod reading;
+mod reply;
 mod said;
 mod situations;
 mod spelling;
@@ -77,7 +78,7 @@ pub struct Clause {
     /// One action, or a gesture and the legs below it.
     #[serde(rename = "action")]
     pub actions: Vec<Action>,
-    /// Postures of an action that only stands, one after the other; one of arms that is held during another action.
+    /// Postures of an action that only stands, one after the other; one that moves no foot and is held during another action.
     #[serde(default, rename = "posture", skip_serializing_if = "Vec::is_empty")]
     pub postures: Vec<Posture>,
     /// Duration that was asked for (s).

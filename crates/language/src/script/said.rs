@@ -280,6 +280,8 @@ fn adverb(out: &mut Said, word: &str) -> bool {
         "sarcastically" | "sarcastic" | "ironically" | "mockingly" | "theatrically" | "dramatically" => {
             out.speed = out.speed.or(Some(Speed::Slow));
         }
+        "frail" | "frailly" | "feebly" | "feeble" | "infirm" | "doddering" | "decrepit" | "stooped" | "stooping"
+        | "hunched" | "hunching" | "arthritic" | "elderly" => out.mood = Some(Mood::Frail),
         "unsure" | "uncertain" | "uncertainly" | "hesitant" | "hesitantly" | "hesitating" | "doubtfully"
         | "doubtful" | "indecisive" | "unconvinced" => out.speed = out.speed.or(Some(Speed::Slow)),
         "gusto" | "vigorously" | "heartily" | "forcefully" | "powerfully" | "vigorous" | "hard" | "harder"
@@ -348,6 +350,8 @@ fn adverb(out: &mut Said, word: &str) -> bool {
         "elegantly" | "elegant" | "elegance" | "gracefully" | "graceful" | "grace" | "fluidly" | "daintily" => {
             out.mood = Some(Mood::Graceful);
         }
+        "frail" | "frailly" | "feebly" | "feeble" | "infirm" | "doddering" | "decrepit" | "stooped" | "stooping"
+        | "hunched" | "hunching" | "arthritic" | "elderly" => out.mood = Some(Mood::Frail),
         "unsure" | "uncertain" | "uncertainly" | "hesitant" | "hesitating" | "doubtfully" | "doubtful"
         | "indecisive" | "unconvinced" | "guiltily" | "guilty" | "embarrassedly" | "submissively" | "meekly"
         | "fearfully" | "afraid" | "scared" | "nervously" | "nervous" | "timidly" | "timid" | "anxiously"
