@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut classes = BTreeMap::new();
     let mut all = 0;
     for line in text.lines().skip(step - 1).step_by(step) {
-        let (plain, wanted) = unmarked(line);
+        let (plain, wanted) = unmarked(line, &reader);
         all += 1;
         let mut own = Vec::new();
         for (name, way) in [("rules", Reading::Rules), ("network", Reading::Network), ("both", Reading::Both)] {
@@ -64,8 +64,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Returns a sentence without its marks, and the names of its actions with their alternatives.
-fn unmarked(line: &str) -> (String, Vec<Vec<String>>) {
+/// Returns a sentence without its marks, and the names of its actions with their alternatives. A reaction (`{=cheer, then hug|...}`) has those
+/// of its sentence.
+fn unmarked(line: &str, reader: &Reader<'_>) -> (String, Vec<Vec<String>>) {
     let (mut plain, mut names) = (String::new(), Vec::new());
     let mut rest = line;
     while let Some((before, after)) = rest.split_once('{') {
@@ -73,7 +74,14 @@ fn unmarked(line: &str) -> (String, Vec<Vec<String>>) {
         let (name, words) = inside.split_once('|').unwrap_or(("", inside));
         plain += before;
         plain += words;
-        names.push(name.split('/').map(same).collect());
+        match name.strip_prefix('=') {
+            Some(reaction) => {
+                let script = reader.read_by(reaction, Reading::Rules);
+                let verbs = script.clauses.iter().flat_map(|clause| &clause.actions);
+                names.extend(verbs.map(|action| vec![same(&action.verb)]));
+            }
+            None => names.push(name.split('/').map(same).collect()),
+        }
         rest = after;
     }
     (plain + rest, names)

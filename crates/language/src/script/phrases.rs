@@ -11,6 +11,8 @@ use crate::grammar::words::{Form, inflected};
 use crate::grammar::{Acts, Grammar};
 
 const LEXICON: &str = include_str!("lexicon.toml");
+/// What people expect in situations, and of characters: sentences, one a line.
+const REACTIONS: &str = include_str!("reactions.txt");
 
 /// Weights of words: the verb, another word, one that tells phrases apart, one that says little.
 const VERB: f64 = 2.0;
@@ -186,13 +188,26 @@ pub(super) struct Fit {
 pub(super) struct Phrases {
     all: Vec<Phrase>,
     pub instead: Vec<Instead>,
-    /// Sentences of compounds.
+    /// Sentences of compounds: those that phrases name, then those that only the network chooses.
     pub compounds: Vec<String>,
+    /// Number of those that phrases name.
+    named: usize,
     /// Base forms by inflected form.
     forms: BTreeMap<String, String>,
     pub filler: BTreeSet<String>,
     /// Words that mean something.
     pub vocabulary: BTreeSet<String>,
+}
+
+/// Returns the name of a compound among the labels of marked sentences.
+pub(super) fn label_of(compound: &str) -> String {
+    format!("={compound}")
+}
+
+/// Returns the sentences of compounds, in one line each.
+fn sentences(lexicon: &Lexicon) -> Vec<String> {
+    let named = lexicon.compound.iter().map(|compound| compound.means.replace('\n', " "));
+    named.chain(REACTIONS.lines().map(str::to_owned)).collect()
 }
 
 impl Phrases {
@@ -231,10 +246,12 @@ impl Phrases {
         }
         forms.extend(IRREGULAR.map(|(form, base)| (form.to_string(), base.to_string())));
         let filler: BTreeSet<String> = lexicon.filler.split_whitespace().map(str::to_string).collect();
+        let compounds = sentences(&lexicon);
         let mut own = Self {
             all: Vec::new(),
             instead: lexicon.instead,
-            compounds: lexicon.compound.into_iter().map(|compound| compound.means).collect(),
+            named: lexicon.compound.len(),
+            compounds,
             forms,
             filler,
             vocabulary: BTreeSet::new(),
@@ -334,7 +351,7 @@ impl Phrases {
         let marked = |(number, phrase): (usize, &Phrase)| {
             let name = match phrase.meaning {
                 Meaning::Verb(verb) => grammar.verbs[verb].name.clone(),
-                Meaning::Compound(number) => format!("compound {number}"),
+                Meaning::Compound(number) => label_of(&self.compounds[number]),
                 Meaning::Instead(_) => "impossible".into(),
             };
             let filled = |text: String, (slot, fills): &(&str, [&str; 3])| text.replace(slot, fills[number % 3]);
@@ -342,6 +359,11 @@ impl Phrases {
             format!("{{{name}|{text}}}")
         };
         (0..).zip(&self.all).map(marked).collect()
+    }
+
+    /// Returns whether a meaning is a reaction to a situation, or a character: the words around it say nothing more.
+    pub fn is_reaction(&self, meaning: Meaning) -> bool {
+        matches!(meaning, Meaning::Compound(number) if number >= self.named)
     }
 
     /// Returns the words of all phrases, those that say little left out.

@@ -82,7 +82,8 @@ impl<'a> Reader<'a> {
     pub fn new(grammar: &'a Grammar) -> Result<Self, LanguageError> {
         let phrases = Phrases::new(grammar)?;
         let situations = Situations::new(&phrases)?;
-        Ok(Self { grammar, phrases, learned: Learned::new(grammar)?, situations })
+        let learned = Learned::new(grammar, &phrases)?;
+        Ok(Self { grammar, phrases, learned, situations })
     }
 
     /// Returns the verbs.
@@ -170,6 +171,21 @@ impl<'a> Reader<'a> {
                 if let Some(last) = script.clauses.last_mut().filter(|_| rise.is_some()) {
                     last.rise = rise;
                 }
+            }
+            Meaning::Compound(number) if self.phrases.is_reaction(fit.meaning) => {
+                let means = &self.phrases.compounds[number];
+                script.notes.push(format!("read as a situation: {means}"));
+                let mut whole = self.read_within(means, MOST_WITHIN);
+                // "Swab the sweat off with your left wrist".
+                if let ([Clause { actions, .. }], Some(side @ (Side::Left | Side::Right))) =
+                    (&mut whole.clauses[..], said.sides[0])
+                {
+                    actions
+                        .iter_mut()
+                        .filter(|one| one.side == Some(side.mirrored()))
+                        .for_each(|one| one.side = Some(side));
+                }
+                script.clauses.extend(whole.clauses);
             }
             Meaning::Compound(number) if depth > 0 => {
                 let mut whole = self.read_within(&self.phrases.compounds[number], depth - 1);

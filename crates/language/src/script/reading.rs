@@ -18,8 +18,10 @@ use crate::posture::Posture;
 
 /// Certainty from which the network is followed where rules leave words over, and where they do not. Chosen on sentences
 /// that the network was not trained on (`docs/results/language.md`).
-const OPEN: f64 = 0.1;
+const OPEN: f64 = 0.2;
 const CLOSED: f64 = 0.55;
+/// Certainty below which an action of the network is none, where it is sure of another.
+const UNLIKELY: f64 = 0.25;
 /// Certainty below which a reading by the network is said to be a guess.
 const SURE: f64 = 0.5;
 /// Certainty below which a reading by the network does not take an action of the rules away: where they leave words over,
@@ -186,7 +188,7 @@ impl Reader<'_> {
             words.first().is_some_and(|word| ["someone", "somebody", "its", "theres"].contains(&word.as_str()))
                 && words.iter().any(|word| ["you", "your", "u", "ur"].contains(&word.as_str()));
         // "Move your right leg out so that the foot is off the floor" asks for the leg.
-        const LIMBS: [&str; 8] = ["leg", "arm", "hand", "foot", "knee", "elbow", "legs", "arms"];
+        const LIMBS: [&str; 10] = ["leg", "arm", "hand", "foot", "knee", "elbow", "legs", "arms", "wrist", "fist"];
         let sides = |two: &[String]| ["left", "right"].contains(&two[0].as_str()) && LIMBS.contains(&two[1].as_str());
         let asks = asks || words.windows(2).any(sides);
         let fits = |one: &Reaction<'_>| {
@@ -235,7 +237,12 @@ impl Reader<'_> {
         // A piece of which a phrase says every word is no story around.
         let is_less = network.impossible.is_empty() && is_part(&verbs(&network), &verbs(&rules));
         let drops = !is_open(&rules) && is_less && self.drops(&words, &network);
+        // "Wave angrily" is a wave.
+        let is_kind = |verb: &&str| verbs(&rules).iter().any(|of| verb.strip_prefix(of).is_some());
+        let is_other = !self.names(&words, &network) && !verbs(&network).iter().any(is_kind);
+        let by_name = !is_open(&rules) && self.names(&words, &rules) && is_other;
         let lacks = loses
+            || by_name
             || splits_more(&rules, &network)
             || knows_less
             || drops
@@ -260,6 +267,14 @@ impl Reader<'_> {
     /// Returns whether a phrase is of a verb or compound that is newer than the network.
     fn is_of_newer(&self, fit: &Fit) -> bool {
         !matches!(fit.meaning, Meaning::Instead(_)) && !self.learned.knows(fit.meaning)
+    }
+
+    /// Returns whether words hold the name of each verb of a script. There are many kinds of walks.
+    fn names(&self, words: &[String], script: &Script) -> bool {
+        let bases: BTreeSet<String> = words.iter().map(|word| self.phrases.base(word)).collect();
+        let is_named =
+            |verb: &&str| *verb != "walk" && verb.split('_').all(|part| bases.contains(&self.phrases.base(part)));
+        verbs(script).iter().all(is_named)
     }
 
     /// Returns whether a script lacks the verb of a sentence's part that a phrase explains as a whole.
@@ -336,8 +351,9 @@ impl Reader<'_> {
         // "Step left", "nod nod nod".
         let counts = words.iter().any(|word| word == "step") || words.windows(2).any(|two| two[0] == two[1]);
         let words = self.opened(if counts { self.counted_words(words) } else { words });
-        let stretches = self.learned.read(&words);
-        let certainty = stretches.iter().map(|one| one.certainty).reduce(f64::min).unwrap_or(0.0);
+        let stretches = settled(self.learned.read(&words));
+        let is_taken = |one: &&Stretch| one.taken != Taken::Other || one.certainty >= UNLIKELY;
+        let certainty = stretches.iter().filter(is_taken).map(|one| one.certainty).reduce(f64::min).unwrap_or(0.0);
         let asking = stretches.iter().flat_map(|one| one.words.iter().cloned()).collect();
         let mut before = Before::default();
         for Stretch { join, words, taken, certainty } in stretches {
@@ -466,10 +482,33 @@ impl Reader<'_> {
     fn name(&self, meaning: Meaning) -> String {
         match meaning {
             Meaning::Verb(verb) => self.grammar().verbs[verb].name.replace('_', " "),
-            Meaning::Compound(number) => self.phrases.compounds[number].replace('\n', " "),
+            Meaning::Compound(number) => self.phrases.compounds[number].clone(),
             Meaning::Instead(_) => String::new(),
         }
     }
+}
+
+/// Returns stretches without guesses: one with the same action as the stretch before says more of it ("hop, whichever foot, six times"),
+/// and beside something sure an unlikely action is none.
+fn settled(stretches: Vec<Stretch>) -> Vec<Stretch> {
+    let is_any_sure = stretches.iter().any(|one| one.certainty >= SURE);
+    let mut out: Vec<Stretch> = Vec::with_capacity(stretches.len());
+    for mut one in stretches {
+        let same = out.last_mut().filter(|last| last.taken == one.taken && matches!(one.taken, Taken::For(_)));
+        match same.filter(|_| one.certainty < SURE && one.join != Join::Then) {
+            Some(last) => {
+                last.words.push(",".into());
+                last.words.append(&mut one.words);
+            }
+            None => {
+                if is_any_sure && one.certainty < UNLIKELY {
+                    one.taken = Taken::Other;
+                }
+                out.push(one);
+            }
+        }
+    }
+    out
 }
 
 /// Returns whether a script is one action that a verb names.

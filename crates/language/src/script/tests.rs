@@ -95,7 +95,7 @@ fn free_words_become_actions() {
         ("amble forward", "walk, forward, slow"),
         ("sway like in the 80s", "sway"),
         ("stand in warrior 2", "warrior pose, right side"),
-        ("march for a while", "march forward, forward, 8 s"),
+        ("march for a while", "march, in place, 8 s"),
         ("nod over and over", "nod, 8 s"),
         ("walk at 0.3 m/s for 4 s", "walk, forward, 1.2 m, 4 s"),
         ("walk at 1.8 km/h", "walk, forward, 2.5 m, 5 s"),
@@ -121,7 +121,7 @@ fn free_words_become_actions() {
         ("shadow box for a bit", "jab cross, both side, 5 s"),
         ("turn in circle and flap the arms like bird", "flap, both side while: turn, to the left, 360 degrees"),
         ("turn around and wave", "turn, to the left, 180 degrees; then wave, right side"),
-        ("bow like an old man", "bow, tired"),
+        ("bow like an old man", "bow, frail"),
         ("sit down like an exhausted old man", "sit, tired"),
         ("do a one-eighty", "turn, to the left, 180 degrees"),
         ("stand at ease", "hands behind back, both side"),
@@ -533,11 +533,25 @@ fn limbs_are_read_by_joint_and_place() {
 }
 
 #[test]
+fn leans_and_crouches_are_bearings_of_gaits() {
+    for (text, expected) in [
+        ("lean forward 30 degrees while walking slowly", "trunk forward 30 while: walk, forward, slow"),
+        ("lean back while you march forward", "trunk back 12 while: march forward, forward"),
+        ("crouch while walking", "trunk forward 15, knees a little bent while: walk, forward"),
+        ("walk like my grandpa when his hip is bad", "walk, forward, frail"),
+        ("a very old lady waves", "wave, right side, frail"),
+        ("hop on one foot, whichever one you like, maybe six times", "hop, right side, in place, 6 times"),
+    ] {
+        assert_eq!(read(text).to_string(), expected, "{text}");
+    }
+}
+
+#[test]
 fn every_part_of_a_row_is_done() {
     for (text, expected) in [
         (
             "a waiter carries a tray, puts it down, bows and goes away",
-            "carry box, forward; then pick up, right side; then bow; then turn, to the left, 180 degrees; then walk, forward",
+            "carry box, forward; then lift, both side; then bow; then turn, to the left, 180 degrees; then walk, forward",
         ),
         (
             "the king steps forward, spreads his arms, speaks to the people, then sits down",

@@ -3,10 +3,10 @@
 use std::sync::{LazyLock, OnceLock};
 
 use super::network::{Network, Packed, Span, most_likely};
-use super::{COMPOUND, IMPOSSIBLE, OTHER, POSTURE};
+use super::{IMPOSSIBLE, OTHER, POSTURE};
 use crate::error::LanguageError;
 use crate::grammar::Grammar;
-use crate::script::phrases::Meaning;
+use crate::script::phrases::{Meaning, Phrases, label_of};
 use crate::script::split::{Join, is_participle};
 
 /// Words that end no action.
@@ -51,20 +51,18 @@ pub(in crate::script) struct Stretch {
 }
 
 impl Learned {
-    /// Returns the network that comes with the program, in terms of a grammar.
-    pub fn new(grammar: &Grammar) -> Result<Self, LanguageError> {
+    /// Returns the network that comes with the program, in terms of a grammar and its phrases.
+    pub fn new(grammar: &Grammar, phrases: &Phrases) -> Result<Self, LanguageError> {
         static READ: LazyLock<Result<Network, String>> =
             LazyLock::new(|| Network::load(WEIGHTS).map_err(|e| e.to_string()));
         let network = READ.as_ref().map_err(|error| LanguageError::Grammar(error.clone()))?;
-        let taken = |label: &String| match label.strip_prefix(COMPOUND) {
-            Some(number) => number.parse().ok().map(|number| Taken::For(Meaning::Compound(number))),
-            None if label == IMPOSSIBLE => Some(Taken::Impossible),
-            None if label == OTHER => Some(Taken::Other),
-            None if label == POSTURE => Some(Taken::Posture),
-            None => {
-                let verb = grammar.verbs.iter().position(|verb| verb.name == *label);
-                verb.map(|verb| Taken::For(Meaning::Verb(verb)))
-            }
+        let compound = |label: &String| phrases.compounds.iter().position(|text| label_of(text) == *label);
+        let verb = |label: &String| grammar.verbs.iter().position(|verb| verb.name == *label);
+        let taken = |label: &String| match label.as_str() {
+            IMPOSSIBLE => Some(Taken::Impossible),
+            OTHER => Some(Taken::Other),
+            POSTURE => Some(Taken::Posture),
+            _ => verb(label).map(Meaning::Verb).or_else(|| compound(label).map(Meaning::Compound)).map(Taken::For),
         };
         Ok(Self { network, packed: OnceLock::new(), meanings: network.labels.iter().map(taken).collect() })
     }
