@@ -1,5 +1,6 @@
 //! `lifelike generate`: motion of a robot from a sentence.
 
+mod asked;
 mod live;
 mod made;
 mod maker;
@@ -67,7 +68,7 @@ Examples:
       -o data/generated")]
 pub struct Args {
     /// The sentence.
-    #[arg(required_unless_present_any = ["prompts", "script", "verbs", "live", "path"])]
+    #[arg(required_unless_present_any = ["prompts", "script", "verbs", "brief", "live", "path"])]
     pub prompt: Option<String>,
     /// Go on with another sentence, without a seam; may be given several times.
     #[arg(long, value_name = "PROMPT", conflicts_with_all = ["prompts", "keep_legs", "keep_arms"])]
@@ -97,6 +98,13 @@ pub struct Args {
     /// Read sentences from standard input while the robot moves in physics, in real time; the end of the input ends it.
     #[arg(long, conflicts_with_all = ["prompt", "prompts", "script", "as_is", "then", "play", "project"])]
     pub live: bool,
+    /// A command that reads sentences in the program's place, such as a language model: `ollama run qwen3`. It gets --brief and the
+    /// sentence on its standard input, and writes a script. Also the variable LIFELIKE_READER.
+    #[arg(long, value_name = "COMMAND", conflicts_with_all = ["script", "as_is", "live"])]
+    pub reader: Option<String>,
+    /// Print the text by which a language model, or a person, writes scripts: their form, examples and the verbs.
+    #[arg(long)]
+    pub brief: bool,
     /// List the verbs that sentences can have, with their phrases.
     #[arg(long)]
     pub verbs: bool,
@@ -178,6 +186,10 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     if args.verbs {
         return verbs(&grammar, output);
     }
+    if args.brief {
+        let brief = grammar.brief();
+        return output.result(&json!({ "brief": brief }), || brief.clone());
+    }
     if args.live {
         return live::run(args, output);
     }
@@ -198,7 +210,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         if args.path.is_some() && prompts.is_empty() {
             return Ok(Script::default());
         }
-        spoken::understand(&grammar, prompts, args.script.as_deref(), args.nearest)
+        spoken::understand(&grammar, prompts, args)
     });
     let mut scripts = scripts.collect::<Result<Vec<_>, _>>()?;
     if let (Some(path), Some(script)) = (&args.path, scripts.first_mut()) {

@@ -1,6 +1,5 @@
 //! A sentence in free words: understood as a script, performed clause by clause, and checked.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use lifelike_checkpoint::rng::stream;
@@ -14,12 +13,16 @@ use lifelike_robot::{Robot, clips};
 
 use super::maker::{Candidate, Maker};
 use super::verdict::Verdict;
+use super::{Args, asked};
 use crate::error::CliError;
 
 /// Motions that the network makes of a clause until one holds all facts, at least.
 const TRIES: usize = 4;
 /// Distance of the seeds of two candidates.
 const NEXT_SEED: u64 = 0xA24B_AED4_963E_E407;
+
+/// Variable that names the command of `--reader`.
+const READER: &str = "LIFELIKE_READER";
 
 /// Maker of clauses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -56,22 +59,21 @@ pub struct Speaker<'a> {
 }
 
 /// Reads the sentences of one motion, or the script of a file, and refuses what cannot be done.
-pub fn understand(
-    grammar: &Grammar,
-    prompts: &[String],
-    file: Option<&Path>,
-    nearest: bool,
-) -> Result<Script, CliError> {
-    if let Some(file) = file {
+pub fn understand(grammar: &Grammar, prompts: &[String], args: &Args) -> Result<Script, CliError> {
+    if let Some(file) = &args.script {
         return Ok(Script::read(file, grammar)?);
     }
     let reader = Reader::new(grammar)?;
+    let other = args.reader.clone().or_else(|| std::env::var(READER).ok().filter(|command| !command.is_empty()));
     let mut script = Script::default();
     for prompt in prompts {
-        script.append(reader.read(prompt));
+        script.append(match &other {
+            Some(command) => asked::script(&reader, command, prompt)?,
+            None => reader.read(prompt),
+        });
     }
     let text = prompts.join(" then ");
-    script = if nearest { script.with_nearest() } else { script.with_the_rest() };
+    script = if args.nearest { script.with_nearest() } else { script.with_the_rest() };
     if let Some(first) = script.impossible.first() {
         let nearest = first.nearest.as_ref().map_or_else(
             || "nothing near it can be done".to_string(),
