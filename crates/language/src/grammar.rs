@@ -10,6 +10,7 @@ mod generator;
 mod perform;
 mod postures;
 mod score;
+mod spans;
 mod speak;
 mod table;
 mod vocabulary;

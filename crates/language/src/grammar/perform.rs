@@ -7,6 +7,7 @@ use rand::Rng;
 
 use super::draw::{Carriage, PartDraw};
 use super::generator::Generator;
+use super::spans::{held, repeated, rise_of, still_seconds, stillest, walked};
 use super::table::{Acts, Show, Synth, Tempo, Verb};
 use crate::checks::{Fact, Finding, SIMULATED, SignalName, Tracks, check, measure};
 use crate::error::LanguageError;
@@ -46,8 +47,6 @@ const KEPT: f64 = 0.6;
 pub(super) const ARMS_UP: f64 = 1.0;
 /// Share of a pose's clip in which it is still.
 const POSED: f64 = 0.15;
-/// Fastest joint of a pose that is held (rad/s).
-const STILL: f64 = 1.0;
 /// Most cycles that a duration may ask for.
 const MAX_CYCLES: u32 = 30;
 
@@ -515,83 +514,6 @@ impl Generator<'_> {
         let spare = clip.seconds() - 1.2;
         if spare < 0.4 { Ok(clip) } else { Ok(trim(&clip, Some(0.2), Some(clip.seconds() - 0.1))?) }
     }
-}
-
-/// Returns the time from where a clip leaves its first pose to where it is nearly as far from it as it goes (s).
-fn rise_of(clip: &MotionClip) -> Option<f64> {
-    let gone = |t: usize| {
-        let pairs = clip.joints_at(t).iter().zip(clip.joints_at(0));
-        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-    };
-    let most = (0..clip.len()).map(gone).fold(0.0, f64::max);
-    let at = |share: f64| (0..clip.len()).find(|t| gone(*t) > share * most);
-    at(0.95).zip(at(0.05)).map(|(there, left)| (there - left) as f64 / clip.fps)
-}
-
-/// Returns the time from the first step to the last one (s).
-fn walked(tracks: &Tracks) -> f64 {
-    let swings = [measure::swings(tracks, 0), measure::swings(tracks, 1)].concat();
-    let first = swings.iter().map(|(from, _)| *from).min();
-    let last = swings.iter().map(|(_, to)| *to).max();
-    first.zip(last).map_or(0.0, |(first, last)| (last - first) as f64 / tracks.fps)
-}
-
-/// Returns the longest time in which no joint is faster than [`STILL`] (s), apart from standing before and after.
-fn still_seconds(clip: &MotionClip) -> f64 {
-    let n = clip.len();
-    let is_still = |t: usize| {
-        let pairs = clip.joints_at(t).iter().zip(clip.joints_at(t + 1));
-        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) * clip.fps < STILL
-    };
-    let begin = (0..n.saturating_sub(1)).position(|t| !is_still(t)).unwrap_or(0);
-    let end = (0..n.saturating_sub(1)).rposition(|t| !is_still(t)).unwrap_or(0);
-    let (mut longest, mut now) = (0, 0);
-    for t in begin..end {
-        now = if is_still(t) { now + 1 } else { 0 };
-        longest = longest.max(now);
-    }
-    longest as f64 / clip.fps
-}
-
-/// Returns the greatest change of a joint from a frame to the next (rad).
-fn change(clip: &MotionClip, t: usize) -> f64 {
-    let pairs = clip.joints_at(t).iter().zip(clip.joints_at(t + 1));
-    pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-}
-
-/// Returns the stillest frame of the middle third.
-fn stillest(clip: &MotionClip) -> Option<usize> {
-    let n = clip.len();
-    let middle = (n / 3)..(2 * n / 3).min(n.saturating_sub(1));
-    middle.min_by(|a, b| change(clip, *a).total_cmp(&change(clip, *b)))
-}
-
-/// Holds the pose at the middle of a clip, so that it lasts as long as asked for (s).
-fn held(clip: &MotionClip, seconds: f64) -> MotionClip {
-    let Some(at) = stillest(clip) else { return clip.clone() };
-    // Frames around it that hold the pose already.
-    let still = |t: &usize| change(clip, *t) * clip.fps < STILL;
-    let before = (0..at).rev().take_while(still).count();
-    let after = (at..clip.len().saturating_sub(1)).take_while(still).count();
-    let extra = ((seconds * clip.fps).round() as usize).saturating_sub(before + after);
-    repeated(clip, at, extra)
-}
-
-/// Returns a clip that stays at a frame for some frames more.
-pub(super) fn repeated(clip: &MotionClip, at: usize, extra: usize) -> MotionClip {
-    let joints = clip.joint_names.len();
-    let times = |t: usize| if t == at { extra + 1 } else { 1 };
-    let frames: Vec<usize> = (0..clip.len()).flat_map(|t| std::iter::repeat_n(t, times(t))).collect();
-    let mut out = clip.clone();
-    out.root_position = frames.iter().map(|t| clip.root_position[*t]).collect();
-    out.root_orientation = frames.iter().map(|t| clip.root_orientation[*t]).collect();
-    out.joints = frames.iter().flat_map(|t| clip.joints[t * joints..(t + 1) * joints].iter().copied()).collect();
-    if let Some(contacts) = &mut out.contacts {
-        let feet = contacts.names.len();
-        let flags = contacts.flags.clone();
-        contacts.flags = frames.iter().flat_map(|t| flags[t * feet..(t + 1) * feet].iter().copied()).collect();
-    }
-    out
 }
 
 /// Returns whether an action is the mirror image of its verb's clip.

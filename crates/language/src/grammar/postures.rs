@@ -7,8 +7,9 @@ use lifelike_motion::retarget::retarget;
 use lifelike_motion::{MotionClip, keyframes};
 
 use super::generator::{GRAVITY, Generator};
-use super::perform::{ARMS_UP, repeated};
+use super::perform::ARMS_UP;
 use super::score::{Score, Step};
+use super::spans::repeated;
 use super::table::Acts;
 use crate::checks::{Fact, Finding, Tracks};
 use crate::error::LanguageError;

@@ -9,6 +9,7 @@ mod again;
 mod asides;
 mod beside;
 mod edited;
+mod exchanged;
 mod geometry;
 mod joined;
 mod joints;
