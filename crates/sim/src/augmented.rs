@@ -19,8 +19,8 @@ mod history;
 
 use std::sync::Arc;
 
-use lifelike_character::kinematics::Kinematics;
 use lifelike_character::JointKind;
+use lifelike_character::kinematics::Kinematics;
 use lifelike_robot::Robot;
 
 use crate::batch::{BatchState, EnvironmentParameters, IntegrationState};
@@ -31,8 +31,7 @@ use crate::rows::{self, Rows, Sizes};
 use crate::simulation::{Drive, Simulation};
 use crate::terrain::Terrain;
 pub use correction::{
-    CorrectedState, CorrectionStep, EnvironmentState, EnvironmentWrenches, History, HistorySize,
-    StateCorrection,
+    CorrectedState, CorrectionStep, EnvironmentState, EnvironmentWrenches, History, HistorySize, StateCorrection,
 };
 use history::Histories;
 

@@ -133,7 +133,9 @@ fn files_are_read_as_they_are_written_and_checked() {
     for own in [text.as_str(), r#"{"bezier":{"segments":1}}"#] {
         assert_eq!(serde_json::from_str::<CubicBezier>(own).unwrap(), CubicBezier);
     }
-    for wrong in [r#"{"bezier":{"segments":2}}"#, r#"{"bezier":{"segments":1,"joints":"shared"}}"#, r#"{"b_spline":{}}"#] {
+    for wrong in
+        [r#"{"bezier":{"segments":2}}"#, r#"{"bezier":{"segments":1,"joints":"shared"}}"#, r#"{"b_spline":{}}"#]
+    {
         assert!(serde_json::from_str::<CubicBezier>(wrong).is_err(), "{wrong}");
     }
 }
