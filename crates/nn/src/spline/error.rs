@@ -22,7 +22,7 @@ pub enum SplineError {
     OtherCurve {
         /// Its segments.
         segments: usize,
-        /// How they meet.
+        /// Relation of neighbouring segments.
         joints: String,
     },
     /// A tensor with another number of control points than the spline has.
