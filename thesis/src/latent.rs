@@ -162,9 +162,7 @@ fn value(scores: &[LatentScore], reconstructions: &[Reconstruction], probes: &[P
 
 fn save(value: &Value, folder: &Path) -> Result<(), CliError> {
     std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
-    let text = serde_json::to_string_pretty(value).map_err(|e| CliError::Failed(e.to_string()))?;
-    let file = folder.join("latent.json");
-    lifelike::output::write(&file, text)
+    lifelike::output::write_json(&folder.join("latent.json"), value)
 }
 
 fn text(scores: &[LatentScore], reconstructions: &[Reconstruction], probes: &[Probe], clips: usize) -> String {

@@ -5,8 +5,6 @@
 
 /// Addresses of the control table, with the size and unit of each value.
 pub mod address {
-    /// Model number (u16).
-    pub const MODEL_NUMBER: u16 = 0;
     /// Return delay (u8, 2 µs), then drive mode (u8) and operating mode (u8); kept without power.
     pub const RETURN_DELAY: u16 = 9;
     /// Operating mode (u8): 3 position, 5 current-based position; kept without power.

@@ -1,6 +1,12 @@
 //! Makes the table of word vectors with which sentences in free words are understood.
 //!
-//! `cargo xtask fetch minilm`, then `cargo run --release -p lifelike-generation --example word_vectors -- OUT.safetensors`.
+//! ```text
+//! cargo xtask fetch minilm
+//! cargo run --release -p lifelike-generation --example word_vectors > WORDS.txt
+//! python peers/language/embeddings.py third_party/minilm WORDS.txt EMBEDDINGS.f32
+//! cargo run --release -p lifelike-generation --example word_vectors -- EMBEDDINGS.f32 OUT.safetensors
+//! ```
+//!
 //! Each word is read alone by the frozen MiniLM. Of the words of its vocabulary, those nearest to a word of our phrases
 //! stay. The vectors are centred and turned to their principal directions, and stored as bytes.
 
@@ -8,32 +14,34 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use lifelike_checkpoint::Checkpoint;
-use lifelike_generation::text::minilm::{FILES, MiniLm};
 use lifelike_language::grammar::Grammar;
 use lifelike_language::script::words_of_phrases;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use rayon::prelude::*;
 
 /// Directions that are kept, and words beside those of the phrases.
 const DIRECTIONS: usize = 128;
 const WORDS: usize = 9_000;
+/// Numbers of an embedding.
+const WIDTH: usize = 384;
 
 type Error = Box<dyn std::error::Error + Send + Sync>;
 
 fn main() -> Result<(), Error> {
-    let out = std::env::args().nth(1).ok_or("expected the name of the table, such as word_vectors.safetensors")?;
-    let folder = Path::new("third_party/minilm");
-    let model = MiniLm::load(folder)?;
     let grammar = Grammar::builtin()?;
     let has_letters = |word: &String| word.bytes().any(|b| b.is_ascii_lowercase());
     let ours: Vec<String> = words_of_phrases(&grammar)?.into_iter().filter(has_letters).collect();
-    let vocabulary = std::fs::read_to_string(folder.join(FILES[1]))?;
+    let vocabulary = std::fs::read_to_string("third_party/minilm/vocab.txt")?;
     let is_word = |word: &&str| word.len() > 1 && word.bytes().all(|b| b.is_ascii_lowercase());
     let others: BTreeSet<&str> = vocabulary.lines().filter(is_word).collect();
     let others: Vec<String> = others.iter().filter(|w| !ours.iter().any(|o| o == *w)).map(|w| w.to_string()).collect();
 
-    let ours_read = read(&model, &ours)?;
-    let others_read = read(&model, &others)?;
+    let mut arguments = std::env::args().skip(1);
+    let (Some(embeddings), Some(out)) = (arguments.next(), arguments.next()) else {
+        ours.iter().chain(&others).for_each(|word| println!("{word}"));
+        return Ok(());
+    };
+    let mut ours_read = read(&embeddings, ours.len() + others.len())?;
+    let others_read = ours_read.split_off(ours.len());
     let mut near: Vec<(f32, usize)> = others_read.iter().map(|v| closeness(v, &ours_read)).zip(0..).collect();
     near.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut all: Vec<(&String, &Vec<f32>)> = ours.iter().zip(&ours_read).collect();
@@ -41,7 +49,7 @@ fn main() -> Result<(), Error> {
     all.sort_by_key(|(word, _)| *word);
 
     // Mean and directions of the phrases' words: what tells them apart is kept.
-    let rows = DMatrix::from_fn(ours_read.len(), model_width(&ours_read), |i, j| f64::from(ours_read[i][j]));
+    let rows = DMatrix::from_fn(ours_read.len(), WIDTH, |i, j| f64::from(ours_read[i][j]));
     let mean = rows.row_mean();
     let centred = DMatrix::from_fn(rows.nrows(), rows.ncols(), |i, j| rows[(i, j)] - mean[j]);
     let eigen = SymmetricEigen::new(centred.transpose() * &centred);
@@ -70,12 +78,13 @@ fn main() -> Result<(), Error> {
     Ok(())
 }
 
-fn read(model: &MiniLm, words: &[String]) -> Result<Vec<Vec<f32>>, Error> {
-    words.par_iter().map(|word| Ok(model.read(word)?.embedding())).collect()
-}
-
-fn model_width(rows: &[Vec<f32>]) -> usize {
-    rows.first().map_or(0, Vec::len)
+fn read(path: &str, words: usize) -> Result<Vec<Vec<f32>>, Error> {
+    let bytes = std::fs::read(path)?;
+    let numbers: Vec<f32> = bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
+    if numbers.len() != words * WIDTH {
+        return Err(format!("{path}: expected {WIDTH} numbers for each of {words} words, got {}", numbers.len()).into());
+    }
+    Ok(numbers.chunks_exact(WIDTH).map(<[f32]>::to_vec).collect())
 }
 
 fn closeness(word: &[f32], ours: &[Vec<f32>]) -> f32 {

@@ -1,7 +1,5 @@
 //! Errors of text to motion.
 
-use std::path::{Path, PathBuf};
-
 /// Errors of text to motion.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -23,14 +21,6 @@ pub enum GenerationError {
         expected: String,
         /// The text found.
         got: String,
-    },
-    /// A file of a text model that cannot be used.
-    #[error("{path}: {why}")]
-    TextModel {
-        /// The file.
-        path: PathBuf,
-        /// The reason.
-        why: String,
     },
     /// A judge of generated motion failed.
     #[error("physics of generated motion: {0}")]
@@ -62,11 +52,6 @@ impl GenerationError {
     /// Returns the error of two things that do not fit.
     pub(crate) fn mismatch(what: impl Into<String>, expected: impl ToString, got: impl ToString) -> Self {
         Self::Mismatch { what: what.into(), expected: expected.to_string(), got: got.to_string() }
-    }
-
-    /// Returns the error of a text model's file.
-    pub(crate) fn text_model(path: &Path, why: impl ToString) -> Self {
-        Self::TextModel { path: path.to_owned(), why: why.to_string() }
     }
 
     /// Returns the error of a prompt.

@@ -9,7 +9,7 @@
 //! - [`align`] (5.2.2): fine-tuning of a generator toward a higher value of the critic.
 //! - [`evaluator`]: contrastive encoders of sentences and motions, whose embeddings the metrics use.
 //! - [`metrics`]: R-precision, FID and the others of Guo et al., with intervals.
-//! - [`text`]: prompts as numbers (built-in word pieces, frozen MiniLM), and how well a prompt is read.
+//! - [`text`]: prompts as numbers (built-in word pieces), and how well a prompt is read.
 
 pub mod align;
 pub mod critic;

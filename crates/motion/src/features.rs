@@ -32,6 +32,24 @@ impl FeatureLayout {
     /// Root velocity v: linear (m/s), then angular (rad/s), both in the heading frame.
     pub const VELOCITY: Range<usize> = 7..13;
 
+    /// Returns the first of some frames that has other counts or a number that is not finite, the expected and the found.
+    pub fn first_misfit(&self, frames: &[Frame]) -> Option<(usize, String, String)> {
+        let expected = (self.joints.len(), self.joints.len(), self.end_effectors.len());
+        let mut row = vec![0.0; self.size()];
+        for (i, f) in frames.iter().enumerate() {
+            let got = (f.joint_positions.len(), f.joint_velocities.len(), f.effectors_w.len());
+            if got != expected {
+                let say = |(q, v, p)| format!("{q} joint positions, {v} joint velocities, {p} end effectors");
+                return Some((i, say(expected), say(got)));
+            }
+            f.write_features(&f.root_orientation, &mut row);
+            if !row.iter().all(|x| x.is_finite()) {
+                return Some((i, "finite numbers".into(), "NaN or infinity".into()));
+            }
+        }
+        None
+    }
+
     /// Returns the range of the joint positions q.
     pub fn joint_positions(&self) -> Range<usize> {
         13..13 + self.joints.len()

@@ -107,11 +107,6 @@ impl Playlist {
         self.first_up_b
     }
 
-    /// Returns the length of all parts (s) at a rate (Hz).
-    pub fn seconds(&self, control_hz: f64) -> f64 {
-        self.parts.iter().map(|(first, last)| (last - first) as f64).sum::<f64>() / control_hz
-    }
-
     /// Returns a SHA-256 over the frames and their order, hexadecimal.
     pub fn digest(&self) -> String {
         let mut hash = Sha256::new();

@@ -19,8 +19,8 @@ mod history;
 
 use std::sync::Arc;
 
+use lifelike_character::JointKind;
 use lifelike_character::kinematics::Kinematics;
-use lifelike_character::{JointKind, Quat};
 use lifelike_robot::Robot;
 
 use crate::batch::{BatchState, EnvironmentParameters, IntegrationState};
@@ -31,8 +31,7 @@ use crate::rows::{self, Rows, Sizes};
 use crate::simulation::{Drive, Simulation};
 use crate::terrain::Terrain;
 pub use correction::{
-    CorrectedCoordinates, CorrectedState, CorrectionStep, EnvironmentState, EnvironmentWrenches, History, HistorySize,
-    StateCorrection,
+    CorrectedState, CorrectionStep, EnvironmentState, EnvironmentWrenches, History, HistorySize, StateCorrection,
 };
 use history::Histories;
 
@@ -82,7 +81,6 @@ pub struct Augmented<S> {
     /// Both names.
     name: String,
     sizes: Sizes,
-    coordinates: CorrectedCoordinates,
     histories: Histories,
     state: BatchState,
     /// The state that was reported before: where an environment stays whose correction is not finite.
@@ -100,13 +98,12 @@ impl<S: Simulation> Augmented<S> {
     /// Corrects what a simulation reports from the next step on.
     ///
     /// # Errors
-    /// [`SimError::Model`] for a robot with ball joints where bodies are to follow root and joints: [`BatchState`] does not
-    /// tell how balls are turned.
+    /// [`SimError::Model`] for a robot with ball joints: [`BatchState`] does not tell how balls are turned, and bodies follow
+    /// root and joints.
     pub fn new(simulation: S, correction: Box<dyn StateCorrection>) -> Result<Self, SimError> {
         let robot = simulation.robot().clone();
-        let coordinates = correction.coordinates();
         let ball = robot.character.joints.iter().find(|j| j.kind == JointKind::Ball);
-        if let (CorrectedCoordinates::Reduced, Some(joint)) = (coordinates, ball) {
+        if let Some(joint) = ball {
             let message = format!(
                 "expected hinges and slides for a correction in reduced coordinates, got the ball '{}'",
                 joint.name
@@ -117,7 +114,6 @@ impl<S: Simulation> Augmented<S> {
         Ok(Self {
             name: format!("{}+{}", simulation.engine(), correction.name()),
             sizes: Sizes::of(&robot),
-            coordinates,
             histories: Histories::new(n, size),
             state: simulation.state().clone(),
             previous: simulation.state().clone(),
@@ -166,8 +162,6 @@ impl<S: Simulation> Augmented<S> {
                     angular_velocity_w: out.angular_velocity_w,
                     joint_position: out.joint_position,
                     joint_velocity: out.joint_velocity,
-                    body_position: out.body_position,
-                    body_orientation: out.body_orientation,
                 },
                 record,
             });
@@ -188,24 +182,8 @@ impl<S: Simulation> Augmented<S> {
             || *out.root_orientation != *simulated.root_orientation
             || *out.joint_position != *simulated.joint_position;
         let robot = self.simulation.robot();
-        match self.coordinates {
-            CorrectedCoordinates::Reduced => {
-                out.body_position.copy_from_slice(simulated.body_position);
-                out.body_orientation.copy_from_slice(simulated.body_orientation);
-                if moved {
-                    follow_joints(robot, &mut self.kinematics, &mut self.position, &mut out);
-                }
-            }
-            CorrectedCoordinates::Maximal => {
-                if !out.body_orientation.chunks_exact_mut(4).all(normalise) {
-                    return false;
-                }
-                if *out.body_position != *simulated.body_position
-                    || *out.body_orientation != *simulated.body_orientation
-                {
-                    follow_bodies(robot, &mut out);
-                }
-            }
+        if moved {
+            follow_joints(robot, &mut self.kinematics, &mut self.position, &mut out);
         }
         self.histories.push(id, record);
         true
@@ -260,17 +238,6 @@ fn follow_joints(robot: &Robot, kinematics: &mut Kinematics, position: &mut [f64
     let sites = robot.effectors.iter().chain(&robot.key_bodies);
     for (slot, (body, point)) in out.site_position.chunks_exact_mut(3).zip(sites) {
         let p = kinematics.point(*body, point);
-        slot.copy_from_slice(&[p.x as f32, p.y as f32, p.z as f32]);
-    }
-}
-
-/// Sites of corrected bodies.
-fn follow_bodies(robot: &Robot, out: &mut Rows<'_>) {
-    let sites = robot.effectors.iter().chain(&robot.key_bodies);
-    for (slot, (body, point)) in out.site_position.chunks_exact_mut(3).zip(sites) {
-        let p: [f64; 3] = std::array::from_fn(|k| f64::from(out.body_position[3 * body + k]));
-        let [w, i, j, k]: [f64; 4] = std::array::from_fn(|k| f64::from(out.body_orientation[4 * body + k]));
-        let p = lifelike_character::Vec3::from(p) + Quat::new_normalize(nalgebra::Quaternion::new(w, i, j, k)) * point;
         slot.copy_from_slice(&[p.x as f32, p.y as f32, p.z as f32]);
     }
 }

@@ -22,7 +22,7 @@ use std::sync::Arc;
 
 use lifelike_robot::{ObservationSpec, ReferenceLibrary, Robot};
 use lifelike_sim::randomization::PushSchedule;
-use lifelike_sim::{BatchState, Drive, Ground, Simulation};
+use lifelike_sim::{BatchState, Drive, Simulation};
 use lifelike_train::StepOutcome;
 use rayon::prelude::*;
 
@@ -173,16 +173,6 @@ impl Environment {
     /// Returns the number of steps after which an episode is truncated.
     pub fn longest_episode(&self) -> u64 {
         self.setup.longest_episode()
-    }
-
-    /// Returns the ground under the robots.
-    pub fn ground(&self) -> &Ground {
-        &self.setup.ground
-    }
-
-    /// Returns the simulation, to disturb it.
-    pub fn simulation_mut(&mut self) -> &mut dyn Simulation {
-        self.simulation.as_mut()
     }
 
     /// Returns the simulated states.

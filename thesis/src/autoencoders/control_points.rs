@@ -85,8 +85,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     }
     std::fs::create_dir_all(&args.output).map_err(CliError::write(&args.output))?;
     let (value, file) = (json!({ "runs": studies }), args.output.join("control-points.json"));
-    let text = serde_json::to_string_pretty(&value).map_err(|e| CliError::Failed(e.to_string()))?;
-    lifelike::output::write(&file, text)?;
+    lifelike::output::write_json(&file, &value)?;
     let table = table(&studies);
     let text = format!("{}\n{}\n", table.to_text(), table.caption);
     let page = ReportBuilder::new("Control points of curves").subtitle("Thesis Figs. A.1 and A.2.").table(table);

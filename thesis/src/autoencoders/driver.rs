@@ -148,10 +148,8 @@ fn value<P>(columns: &[Column<P>], shared: &Shared, results: &Results) -> serde_
 
 /// Writes the results as JSON, and report.html.
 fn save<P>(columns: &[Column<P>], shared: &Shared, results: &Results, words: super::Words) -> Result<(), CliError> {
-    let text = serde_json::to_string_pretty(&value(columns, shared, results));
-    let text = text.map_err(|e| CliError::Failed(e.to_string()))?;
     let file = shared.output.join(format!("{}.json", words.name));
-    lifelike::output::write(&file, text)?;
+    lifelike::output::write_json(&file, &value(columns, shared, results))?;
     let page = page::report(columns, results, &words, shared.budget, shared.sweeps());
     Ok(page.write(&shared.output.join("report.html"))?)
 }

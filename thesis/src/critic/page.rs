@@ -22,9 +22,7 @@ pub fn save(
     predicted: &[f64],
 ) -> Result<(), CliError> {
     std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
-    let text = serde_json::to_string_pretty(result).map_err(|e| CliError::Failed(e.to_string()))?;
-    let file = folder.join("critic.json");
-    lifelike::output::write(&file, text)?;
+    lifelike::output::write_json(&folder.join("critic.json"), result)?;
     let report = ReportBuilder::new("A critic on motion that it did not learn from").table(table.clone());
     Ok(report.drawing(scatter(windows, predicted)).write(&folder.join("report.html"))?)
 }

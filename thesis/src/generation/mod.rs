@@ -257,8 +257,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         rows,
     };
     if let Some(file) = &args.output {
-        let text = serde_json::to_string_pretty(&results).map_err(|e| CliError::Failed(e.to_string()))?;
-        lifelike::output::write(file, text)?;
+        lifelike::output::write_json(file, &results)?;
     }
     output.result(&results, || tables::text(&results))
 }

@@ -258,8 +258,7 @@ fn deviation(study: &Study, plan: &TrackerPlan, robot: &Robot) -> Result<Option<
 /// Writes tracking.json, and report.html with the tables and learning curves.
 fn save(results: &Results<'_>, study: &Study, folder: &Path) -> Result<(), CliError> {
     let file = folder.join("tracking.json");
-    let text = serde_json::to_string_pretty(results).map_err(|e| CliError::Failed(e.to_string()))?;
-    lifelike::output::write(&file, text)?;
+    lifelike::output::write_json(&file, results)?;
     let page = ReportBuilder::new("Variants of one plan")
         .subtitle("Each trained and evaluated alike; learning curves with the range over seeds.")
         .fact("runs", results.runs.len().to_string());

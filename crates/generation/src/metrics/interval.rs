@@ -20,11 +20,6 @@ impl Interval {
         let variance = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n;
         Self { mean, half_width: 1.96 * variance.sqrt() / n.sqrt() }
     }
-
-    /// Returns whether a number is inside.
-    pub fn contains(&self, value: f64) -> bool {
-        (value - self.mean).abs() <= self.half_width
-    }
 }
 
 /// `0.684 ± 0.007`.

@@ -20,7 +20,7 @@ impl Basis {
         let seconds = rows.saturating_sub(1) as f64 / fps;
         let spans = (seconds / knot_seconds - 1e-6).ceil().max(1.0) as usize;
         let points = spans + 3;
-        let spline = BSpline::unclamped(3, points).ok();
+        let spline = BSpline::new(3, points).ok();
         let last = rows.saturating_sub(1).max(1) as f64;
         let of = |derivative: usize| {
             // The curve's parameter goes from 0 to 1.

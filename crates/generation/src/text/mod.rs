@@ -1,10 +1,8 @@
 //! Prompts as numbers. A prompt is checked ([`prompt`]), then read by the built-in [`pieces`], whose ids a network embeds
-//! itself. [`familiarity`] says how well a prompt is read, [`duration`] how long its motion is. [`minilm`] made the vectors
-//! of words that `language` compares.
+//! itself. [`familiarity`] says how well a prompt is read, [`duration`] how long its motion is.
 
 pub mod duration;
 pub mod familiarity;
-pub mod minilm;
 pub mod pieces;
 pub mod prompt;
 

@@ -3,7 +3,6 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod align;
-mod bert;
 mod denoiser;
 mod diffusion;
 mod evaluator;

@@ -359,9 +359,7 @@ fn save_thesis(found: &ThesisEvaluation, title: &str, folder: &Path) -> Result<P
 
 fn write_json(result: &impl serde::Serialize, folder: &Path) -> Result<(), CliError> {
     std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
-    let json = serde_json::to_string_pretty(result).map_err(|e| CliError::Failed(e.to_string()))?;
-    let file = folder.join("evaluation.json");
-    crate::output::write(&file, json)
+    crate::output::write_json(&folder.join("evaluation.json"), result)
 }
 
 /// Returns the protocol in a line.

@@ -13,7 +13,7 @@ pub(crate) fn gelu(x: &[f32], out: &mut [f32]) {
 }
 
 /// Returns GELU of each number.
-pub fn activated(x: &[f32]) -> Vec<f32> {
+pub(crate) fn activated(x: &[f32]) -> Vec<f32> {
     let mut out = vec![0.0; x.len()];
     gelu(x, &mut out);
     out

@@ -12,6 +12,6 @@ mod layout;
 mod linear;
 pub(crate) mod tile;
 
-pub use gelu::activated;
+pub(crate) use gelu::activated;
 pub use layout::{Entry, Init, Layout};
 pub use linear::{Linear, PackedWeight, add, bias_gradient, weight_gradient};

@@ -1,110 +1,123 @@
-//! Cubic Bézier curves (thesis Algorithm 3), one segment or several one after the other.
+//! The cubic Bézier curve of the thesis (Algorithm 3).
 
 use serde::{Deserialize, Serialize};
 
 use super::error::SplineError;
 
-/// Relation of neighbouring segments to the control point where they meet.
+/// One cubic segment over u in `[0, 1]`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Joints {
-    /// Each segment has four control points of its own (thesis 3.3), so each can be moved alone; the curve may jump.
-    #[default]
-    Separate,
-    /// A segment begins where the one before it ends: three more control points for each, and no jump.
-    Shared,
-}
-
-/// Cubic segments over equal parts of u in `[0, 1]`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "Written", into = "Written")]
-pub struct CubicBezier {
-    segments: usize,
-    joints: Joints,
-}
-
-impl Default for CubicBezier {
-    /// Returns one segment.
-    fn default() -> Self {
-        Self { segments: 1, joints: Joints::Separate }
-    }
-}
+pub struct CubicBezier;
 
 impl CubicBezier {
-    /// # Errors
-    /// No segments.
-    pub fn new(segments: usize, joints: Joints) -> Result<Self, SplineError> {
-        if segments == 0 {
-            return Err(SplineError::NoSegments);
-        }
-        Ok(Self { segments, joints })
-    }
+    /// Number of control points.
+    pub const CONTROL_POINTS: usize = 4;
 
-    /// Returns the number of control points.
-    pub fn control_points(&self) -> usize {
-        match self.joints {
-            Joints::Separate => 4 * self.segments,
-            Joints::Shared => 3 * self.segments + 1,
-        }
-    }
-
-    /// Returns the control points of a segment, from 0.
-    pub fn control_points_of(&self, segment: usize) -> std::ops::Range<usize> {
-        let first = match self.joints {
-            Joints::Separate => 4 * segment,
-            Joints::Shared => 3 * segment,
-        };
-        first..first + 4
-    }
-
-    /// Returns the weight of every control point at `u`, or the `derivative`-th derivative of the weights by u. At a
-    /// joint of two segments it is the later one's.
+    /// Returns the weight of every control point at `u`.
     ///
     /// # Errors
     /// `u` is outside of `[0, 1]`.
-    pub fn weights(&self, u: f64, derivative: usize) -> Result<Vec<f64>, SplineError> {
+    pub fn weights(self, u: f64) -> Result<[f64; Self::CONTROL_POINTS], SplineError> {
         if !(0.0..=1.0).contains(&u) {
-            return Err(SplineError::OutOfDomain { t: u, from: 0.0, to: 1.0 });
+            return Err(SplineError::OutOfDomain { t: u });
         }
-        let along = u * self.segments as f64;
-        let segment = (along as usize).min(self.segments - 1);
-        let t = along - segment as f64;
-        let s = 1.0 - t;
-        let bernstein = match derivative {
-            0 => [s * s * s, 3.0 * s * s * t, 3.0 * s * t * t, t * t * t],
-            1 => [-3.0 * s * s, 3.0 * s * s - 6.0 * s * t, 6.0 * s * t - 3.0 * t * t, 3.0 * t * t],
-            2 => [6.0 * s, 6.0 * t - 12.0 * s, 6.0 * s - 12.0 * t, 6.0 * t],
-            3 => [-6.0, 18.0, -18.0, 6.0],
-            _ => [0.0; 4],
-        };
-        let mut out = vec![0.0; self.control_points()];
-        let faster = (self.segments as f64).powi(derivative.min(4) as i32);
-        for (weight, value) in out[self.control_points_of(segment)].iter_mut().zip(bernstein) {
-            *weight = value * faster;
+        let (t, s) = (u, 1.0 - u);
+        Ok([s * s * s, 3.0 * s * s * t, 3.0 * s * t * t, t * t * t])
+    }
+
+    /// The weights at each of `positions`, row-major `[positions, control points]`.
+    fn all_weights(self, positions: &[f64]) -> Result<Vec<f64>, SplineError> {
+        let mut out = Vec::with_capacity(positions.len() * Self::CONTROL_POINTS);
+        for &u in positions {
+            out.extend(self.weights(u)?);
         }
         Ok(out)
     }
+
+    /// Returns the curve at positions (thesis Algorithm 3).
+    ///
+    /// # Shapes
+    /// `[B, control points, d]` to `[B, positions, d]`.
+    ///
+    /// # Errors
+    /// Numbers that are not those of whole curves, or a position outside of `[0, 1]`.
+    pub fn evaluate(self, control_points: &[f32], d: usize, positions: &[f64]) -> Result<Vec<f32>, SplineError> {
+        let expected = Self::CONTROL_POINTS;
+        if d == 0 || !control_points.len().is_multiple_of(expected * d) {
+            return Err(SplineError::WrongControlPoints { expected, got: control_points.len() / d.max(1) });
+        }
+        let weights = self.all_weights(positions)?;
+        let mut out = vec![0.0; control_points.len() / expected * positions.len()];
+        for (out, points) in out.chunks_mut((positions.len() * d).max(1)).zip(control_points.chunks(expected * d)) {
+            for (out, weights) in out.chunks_exact_mut(d).zip(weights.chunks_exact(expected)) {
+                for (weight, point) in weights.iter().zip(points.chunks_exact(d)) {
+                    out.iter_mut().zip(point).for_each(|(out, x)| *out += *weight as f32 * x);
+                }
+            }
+        }
+        Ok(out)
+    }
+
+    /// Returns the gradient by the control points, from that by what [`Self::evaluate`] returned of them.
+    ///
+    /// # Shapes
+    /// `[B, positions, d]` to `[B, control points, d]`.
+    ///
+    /// # Errors
+    /// A position outside of `[0, 1]`.
+    pub fn by_control_points(self, gradient: &[f32], d: usize, positions: &[f64]) -> Result<Vec<f32>, SplineError> {
+        let (count, weights) = (Self::CONTROL_POINTS, self.all_weights(positions)?);
+        let mut out = vec![0.0; gradient.len() / positions.len().max(1) * count];
+        for (out, gradient) in out.chunks_mut(count * d).zip(gradient.chunks((positions.len() * d).max(1))) {
+            for (gradient, weights) in gradient.chunks_exact(d).zip(weights.chunks_exact(count)) {
+                for (weight, out) in weights.iter().zip(out.chunks_exact_mut(d)) {
+                    out.iter_mut().zip(gradient).for_each(|(out, x)| *out += *weight as f32 * x);
+                }
+            }
+        }
+        Ok(out)
+    }
+}
+
+/// Returns `samples` positions, evenly from 0 to 1; one alone stands at 0 (as `linspace` has it).
+pub fn uniform(samples: usize) -> Vec<f64> {
+    let last = samples.saturating_sub(1).max(1) as f64;
+    (0..samples).map(|i| i as f64 / last).collect()
 }
 
 /// A [`CubicBezier`] as files have it.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Written {
+    bezier: Segments,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Segments {
     segments: usize,
-    #[serde(default)]
-    joints: Joints,
+    #[serde(default = "separate")]
+    joints: String,
+}
+
+fn separate() -> String {
+    "separate".into()
 }
 
 impl TryFrom<Written> for CubicBezier {
     type Error = SplineError;
 
     fn try_from(written: Written) -> Result<Self, SplineError> {
-        Self::new(written.segments, written.joints)
+        let Segments { segments, joints } = written.bezier;
+        if segments != 1 || joints != separate() {
+            return Err(SplineError::OtherCurve { segments, joints });
+        }
+        Ok(Self)
     }
 }
 
 impl From<CubicBezier> for Written {
-    fn from(curve: CubicBezier) -> Self {
-        Self { segments: curve.segments, joints: curve.joints }
+    fn from(_: CubicBezier) -> Self {
+        Self { bezier: Segments { segments: 1, joints: separate() } }
     }
 }

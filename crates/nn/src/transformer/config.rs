@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::latent::LatentTokens;
-use crate::spline::Spline;
+use crate::spline::CubicBezier;
 
 /// Sizes, by the letters of thesis Table A.1 where it has one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -44,7 +44,7 @@ pub enum NetworkError {
 impl AutoencoderConfig {
     /// Factor 1 and one cubic Bézier segment, as in the thesis.
     pub fn new(inputs: usize, latent: usize, layers: usize, heads: usize, width: usize) -> Self {
-        Self { inputs, latent, layers, heads, width, factor: 1, tokens: LatentTokens::Spline(Spline::default()) }
+        Self { inputs, latent, layers, heads, width, factor: 1, tokens: LatentTokens::Spline(CubicBezier) }
     }
 
     /// Sets other latent tokens, and nothing else.

@@ -3,14 +3,14 @@
 use serde::{Deserialize, Serialize};
 
 use super::sampling::Sampling;
-use crate::spline::{Spline, SplineError};
+use crate::spline::{CubicBezier, SplineError};
 
 /// Way to make the decoder's tokens of what the encoder left in its control tokens.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LatentTokens {
     /// Control points of a curve, which is sampled. No token knows where it stands but by where the curve is.
-    Spline(Spline),
+    Spline(CubicBezier),
     /// One latent vector for all tokens, sinusoids of the position added.
     Alibi,
     /// One latent vector for all tokens, sinusoids of the position beside it: tokens twice as wide, which a linear map brings to c.
@@ -23,7 +23,7 @@ impl LatentTokens {
     /// Returns the number of control tokens that the encoder reads out.
     pub fn control_points(&self) -> usize {
         match self {
-            Self::Spline(spline) => spline.control_points(),
+            Self::Spline(_) => CubicBezier::CONTROL_POINTS,
             Self::Alibi | Self::AlibiCat | Self::AlibiCatWide => 1,
         }
     }
@@ -57,7 +57,7 @@ impl LatentTokens {
             return Err(SplineError::WrongControlPoints { expected, got: control_points.len() / d.max(1) });
         }
         if let Self::Spline(spline) = self {
-            return spline.evaluate_at(control_points, d, &sampling.parameters(), 0);
+            return spline.evaluate(control_points, d, &sampling.parameters());
         }
         let waves = sinusoids(sampling.positions(), d);
         let mut out = Vec::with_capacity(control_points.len() / d * waves.len() * 2);

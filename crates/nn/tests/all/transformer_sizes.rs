@@ -1,6 +1,6 @@
 //! Parameter counts against thesis Table A.1 (in millions, two or three digits), and what a network refuses.
 
-use lifelike_nn::spline::Spline;
+use lifelike_nn::spline::CubicBezier;
 use lifelike_nn::transformer::{AutoencoderConfig, LatentTokens, NetworkError};
 
 fn count(config: &AutoencoderConfig) -> usize {
@@ -115,5 +115,5 @@ fn sizes_that_make_no_network_are_refused() {
     }
     let text = serde_json::to_string(&good).unwrap();
     assert_eq!(serde_json::from_str::<AutoencoderConfig>(&text).unwrap(), good);
-    assert_eq!(good.tokens, LatentTokens::Spline(Spline::default()));
+    assert_eq!(good.tokens, LatentTokens::Spline(CubicBezier));
 }

@@ -31,21 +31,10 @@ impl PriorClip {
         if self.frames.is_empty() {
             return Err(mismatch(format!("clip {}", self.name), "frames".into(), "none".into()));
         }
-        let expected = (layout.joints.len(), layout.joints.len(), layout.end_effectors.len());
-        let mut row = vec![0.0; layout.size()];
-        for (i, f) in self.frames.iter().enumerate() {
-            let what = || format!("clip {}, frame {i}", self.name);
-            let got = (f.joint_positions.len(), f.joint_velocities.len(), f.effectors_w.len());
-            if got != expected {
-                let say = |(q, v, p)| format!("{q} joint positions, {v} joint velocities, {p} end effectors");
-                return Err(mismatch(what(), say(expected), say(got)));
-            }
-            f.write_features(&f.root_orientation, &mut row);
-            if !row.iter().all(|x| x.is_finite()) {
-                return Err(mismatch(what(), "finite numbers".into(), "NaN or infinity".into()));
-            }
+        match layout.first_misfit(&self.frames) {
+            Some((i, expected, got)) => Err(mismatch(format!("clip {}, frame {i}", self.name), expected, got)),
+            None => Ok(()),
         }
-        Ok(())
     }
 }
 

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use lifelike_nn::adam::{AdamConfig, Rule};
 use lifelike_nn::schedules::cosine;
-use lifelike_nn::spline::Spline;
+use lifelike_nn::spline::CubicBezier;
 use lifelike_nn::transformer::{AutoencoderConfig, LatentTokens};
 
 use super::spread::Spread;
@@ -63,7 +63,7 @@ impl Method {
     /// Returns the kind of the decoder's tokens.
     pub fn tokens(self) -> LatentTokens {
         match self {
-            Self::Spline => LatentTokens::Spline(Spline::default()),
+            Self::Spline => LatentTokens::Spline(CubicBezier),
             Self::Alibi => LatentTokens::Alibi,
             Self::AlibiCat => LatentTokens::AlibiCat,
             Self::AlibiCatWide => LatentTokens::AlibiCatWide,

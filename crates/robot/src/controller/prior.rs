@@ -244,23 +244,8 @@ impl PriorEncoder {
     }
 
     fn check_frames(&self, clip: &str, frames: &[Frame]) -> Result<(), RobotError> {
-        let mismatch = |what: String, expected: String, got: String| RobotError::Mismatch { what, expected, got };
-        let layout = &self.header.layout;
-        let expected = (layout.joints.len(), layout.joints.len(), layout.end_effectors.len());
-        let mut row = vec![0.0; layout.size()];
-        for (i, f) in frames.iter().enumerate() {
-            let what = || format!("clip '{clip}' for the motion prior, frame {i}");
-            let got = (f.joint_positions.len(), f.joint_velocities.len(), f.effectors_w.len());
-            if got != expected {
-                let say = |(q, v, p)| format!("{q} joint positions, {v} joint velocities, {p} end effectors");
-                return Err(mismatch(what(), say(expected), say(got)));
-            }
-            f.write_features(&f.root_orientation, &mut row);
-            if !row.iter().all(|x| x.is_finite()) {
-                return Err(mismatch(what(), "finite numbers".into(), "NaN or infinity".into()));
-            }
-        }
-        Ok(())
+        let Some((i, expected, got)) = self.header.layout.first_misfit(frames) else { return Ok(()) };
+        Err(RobotError::Mismatch { what: format!("clip '{clip}' for the motion prior, frame {i}"), expected, got })
     }
 }
 

@@ -17,9 +17,6 @@ pub use message::{CommandMessage, MeasuredMessage, PolicyMessage};
 pub use reader::{Entry, Record};
 pub use recorder::{Attachment, Recorder};
 
-/// Ending of the files' names.
-pub const EXTENSION: &str = ".mcap";
-
 const MEASURED: &str = "/measured";
 const COMMAND: &str = "/command";
 const POLICY: &str = "/policy";

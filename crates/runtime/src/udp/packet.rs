@@ -201,11 +201,6 @@ pub fn read_command(bytes: &[u8], into: &mut Received) -> bool {
     true
 }
 
-/// Returns the time of a packet (ns of the sender's clock).
-pub fn time(bytes: &[u8]) -> u64 {
-    u64_at(bytes, 16).unwrap_or_default()
-}
-
 fn is(bytes: &[u8], wanted: Kind, joints: usize, numbers: usize) -> bool {
     let fits = bytes.len() == HEADER + 4 * numbers + CRC && u16_at(bytes, 12) == Some(joints as u16);
     fits && kind(bytes) == Some(wanted)

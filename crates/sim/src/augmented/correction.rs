@@ -13,11 +13,6 @@ pub trait StateCorrection: Send {
     /// Returns how much it looks back on.
     fn history(&self, robot: &Robot) -> HistorySize;
 
-    /// Returns the coordinates it corrects.
-    fn coordinates(&self) -> CorrectedCoordinates {
-        CorrectedCoordinates::Reduced
-    }
-
     /// Returns true when it reads constraint wrenches, which cost about another physics step.
     fn needs_wrenches(&self) -> bool {
         true
@@ -37,15 +32,6 @@ pub struct HistorySize {
     pub steps: usize,
     /// Numbers of one step's record.
     pub width: usize,
-}
-
-/// Coordinates that a correction writes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum CorrectedCoordinates {
-    /// Root and joints; bodies and sites follow by forward kinematics, so the state stays one that the robot can be in.
-    Reduced,
-    /// Root, joints and every body by itself, as the thesis' rigid bodies; sites follow their bodies.
-    Maximal,
 }
 
 /// One environment at one step.
@@ -88,7 +74,8 @@ pub struct EnvironmentState<'a> {
     pub body_orientation: &'a [f32],
 }
 
-/// One environment's rows to be corrected. Quaternions need not be of unit length.
+/// One environment's rows to be corrected. The quaternion need not be of unit length. Bodies and sites follow by forward
+/// kinematics, so the state stays one that the robot can be in.
 #[derive(Debug)]
 pub struct CorrectedState<'a> {
     /// Root position, `[3]` (m, world).
@@ -103,10 +90,6 @@ pub struct CorrectedState<'a> {
     pub joint_position: &'a mut [f32],
     /// Joint velocities, `[J]` (rad/s).
     pub joint_velocity: &'a mut [f32],
-    /// Positions of the body frames, `[B, 3]` (m, world); of [`CorrectedCoordinates::Maximal`] only.
-    pub body_position: &'a mut [f32],
-    /// Orientations of the body frames, `[B, 4]` (wxyz); likewise.
-    pub body_orientation: &'a mut [f32],
 }
 
 /// One environment's rows of [`crate::ConstraintWrenches`].

@@ -2,7 +2,7 @@
 use std::sync::Arc;
 
 use lifelike_robot::Robot;
-use lifelike_sim::augmented::{CorrectedCoordinates, CorrectionStep, HistorySize};
+use lifelike_sim::augmented::{CorrectionStep, HistorySize};
 use lifelike_sim::{Augmented, Drive, EngineKind, IntegrationState, Simulation, SimulationSpec, StateCorrection};
 
 const STEPS: usize = 40;
@@ -27,7 +27,7 @@ fn targets(robot: &Robot, environments: &[usize], t: usize) -> Vec<f32> {
 }
 
 /// Reports what it is given.
-struct Nothing(CorrectedCoordinates);
+struct Nothing;
 
 impl StateCorrection for Nothing {
     fn name(&self) -> &str {
@@ -35,9 +35,6 @@ impl StateCorrection for Nothing {
     }
     fn history(&self, _: &Robot) -> HistorySize {
         HistorySize { steps: 2, width: 1 }
-    }
-    fn coordinates(&self) -> CorrectedCoordinates {
-        self.0
     }
     fn correct(&mut self, _: &mut [CorrectionStep<'_>]) {}
 }
@@ -88,16 +85,14 @@ fn drive(simulation: &mut dyn Simulation, environments: &[usize], steps: std::op
 fn a_correction_of_nothing_changes_no_bit() {
     let environments: Vec<usize> = (0..5).collect();
     for engine in engines() {
-        for coordinates in [CorrectedCoordinates::Reduced, CorrectedCoordinates::Maximal] {
-            let mut bare = plain(engine, 5, 1);
-            let mut augmented = Augmented::new(plain(engine, 5, 2), Box::new(Nothing(coordinates))).unwrap();
-            for simulation in [bare.as_mut(), &mut augmented as &mut dyn Simulation] {
-                simulation.push(1, 1, [20.0, 0.0, 0.0], [0.0; 3]).unwrap();
-                drive(simulation, &environments, 0..STEPS);
-            }
-            assert_eq!(augmented.state(), bare.state(), "{engine}, {coordinates:?}");
-            assert_eq!(augmented.engine(), format!("{engine}+nothing"));
+        let mut bare = plain(engine, 5, 1);
+        let mut augmented = Augmented::new(plain(engine, 5, 2), Box::new(Nothing)).unwrap();
+        for simulation in [bare.as_mut(), &mut augmented as &mut dyn Simulation] {
+            simulation.push(1, 1, [20.0, 0.0, 0.0], [0.0; 3]).unwrap();
+            drive(simulation, &environments, 0..STEPS);
         }
+        assert_eq!(augmented.state(), bare.state(), "{engine}");
+        assert_eq!(augmented.engine(), format!("{engine}+nothing"));
     }
 }
 

@@ -15,7 +15,6 @@ use super::start::Start;
 use super::state::write_features;
 use crate::TrackerError;
 use crate::observe::Observed;
-use crate::observe::root;
 
 impl Environment {
     /// Begins episodes: as `given`, else where the sampler says.
@@ -81,18 +80,6 @@ impl Environment {
             self.setup.observer.recall(&mut episode.memory, row);
         }
         Ok(())
-    }
-
-    /// Makes environment `i` go on from another frame of the library, laid where its robot is.
-    pub fn jump(&mut self, i: usize, frame: usize) {
-        let (position, orientation) = root(self.simulation.state(), i);
-        let library = &self.setup.library;
-        let clip = (library.position_at(frame), library.orientation_at(frame));
-        let episode = &mut self.episodes[i];
-        episode.frame = frame;
-        episode.segment_start = frame;
-        episode.alignment = Alignment::between(clip.0, clip.1, position, orientation);
-        self.observe(i);
     }
 
     /// Writes the observations of environment `i` in its present state.

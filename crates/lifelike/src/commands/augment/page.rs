@@ -61,9 +61,7 @@ pub fn save(
     measured: &[(&str, Vec<Gap>)],
 ) -> Result<(), CliError> {
     std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
-    let text = serde_json::to_string_pretty(value).map_err(|e| CliError::Failed(e.to_string()))?;
-    let file = folder.join("gap.json");
-    crate::output::write(&file, text)?;
+    crate::output::write_json(&folder.join("gap.json"), value)?;
     let mut report = ReportBuilder::new("Simulation and measurement");
     for (name, gaps) in measured {
         let mut own = summary(&lifelike_augmentation::gap::summary(gaps));

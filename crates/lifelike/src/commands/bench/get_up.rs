@@ -75,8 +75,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
 /// Writes `get-up.json` and `report.html`; returns the report's path.
 fn save(found: &Risen, robot: &Robot, policy: &Path, folder: &Path) -> Result<PathBuf, CliError> {
     std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
-    let json = serde_json::to_string_pretty(found).map_err(|e| CliError::Failed(e.to_string()))?;
-    crate::output::write(&folder.join("get-up.json"), json)?;
+    crate::output::write_json(&folder.join("get-up.json"), found)?;
     let path = folder.join("report.html");
     ReportBuilder::new(format!("{} gets up", policy.display()))
         .subtitle("The first dropped robots, beside the stand that is asked for.")

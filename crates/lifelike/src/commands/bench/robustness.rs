@@ -123,9 +123,7 @@ fn options(args: &Args) -> Result<RobustnessOptions, CliError> {
 /// Writes `robustness.json` and `report.html`; returns the report's path.
 fn save(found: &Robustness, robot: &Robot, policy: &Path, folder: &Path) -> Result<PathBuf, CliError> {
     std::fs::create_dir_all(folder).map_err(CliError::write(folder))?;
-    let json = serde_json::to_string_pretty(found).map_err(|e| CliError::Failed(e.to_string()))?;
-    let file = folder.join("robustness.json");
-    crate::output::write(&file, json)?;
+    crate::output::write_json(&folder.join("robustness.json"), found)?;
     let page = ReportBuilder::new(format!("Disturbances that {} withstands", policy.display()))
         .subtitle("Survival and tracking error against the size of disturbances; the page draws all ground level.")
         .fact("robot", found.robot.clone())

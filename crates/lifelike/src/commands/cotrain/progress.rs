@@ -42,8 +42,7 @@ impl Done {
     /// Notes that a stage is complete.
     pub fn add(&mut self, stage: String) -> Result<(), CliError> {
         self.stages.insert(stage);
-        let text = serde_json::to_string_pretty(self).map_err(|e| CliError::Failed(e.to_string()))?;
-        crate::output::write(&self.file, text)
+        crate::output::write_json(&self.file, self)
     }
 }
 

@@ -102,8 +102,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let reports: Vec<&Outcome> = repaired.iter().map(|(_, report)| report).collect();
     let file = args.output.join("repair.json");
     let value = json!({ "folder": args.output, "written": written, "clips": reports });
-    let text = serde_json::to_string_pretty(&value).map_err(|error| CliError::Failed(error.to_string()))?;
-    crate::output::write(&file, text)?;
+    crate::output::write_json(&file, &value)?;
     output.result(&value, || summary(&reports, written, args))?;
     if written == 0 { Err(CliError::Input("every clip was refused".into())) } else { Ok(()) }
 }

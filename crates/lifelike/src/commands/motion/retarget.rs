@@ -198,8 +198,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     let summary = summary::Summary::new(&robot.name, &done, began.elapsed().as_secs_f64(), pool.current_num_threads());
     let report = args.output.join("retarget.json");
     let json = serde_json::json!({ "summary": summary, "options": options, "clips": done });
-    let text = serde_json::to_string_pretty(&json).map_err(|e| CliError::Failed(e.to_string()))?;
-    crate::output::write(&report, text)?;
+    crate::output::write_json(&report, &json)?;
     let page = args.look.then(|| look(&args.output, &reads, &done)).transpose()?;
     output.result(&json, || summary::text(&summary, &done, (&report, page.as_deref()), &args.robot))?;
     if stop.load(Ordering::SeqCst) {

@@ -72,8 +72,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         "training_motions": motions, "scores": splits,
     });
     let file = folder.join("scores.json");
-    let text = serde_json::to_string_pretty(&value).map_err(|e| CliError::Failed(e.to_string()))?;
-    crate::output::write(&file, text)?;
+    crate::output::write_json(&file, &value)?;
     output.result(&value, || {
         format!(
             "{} iterations, {} parameters, {motions} motions; real motion under its own sentences:\n\n{}\nevaluator: {}\n",

@@ -112,9 +112,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         "parameters": done.parameters, "trained_on": trained_on, "held_out": held_out_names,
         "reconstruction": reconstruction::value(&done.report),
     });
-    let text = serde_json::to_string_pretty(&value).map_err(|e| CliError::Failed(e.to_string()))?;
-    let file = folder.join("reconstruction.json");
-    crate::output::write(&file, text)?;
+    crate::output::write_json(&folder.join("reconstruction.json"), &value)?;
     output.result(&value, || {
         format!(
             "{} iterations, {} parameters, {} clips; reconstruction of {} windows of {}:\n\n{}\nprior: {}\nnext:  {}\n",

@@ -84,9 +84,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         "training_clips": clips.training.len(), "training_windows": windows, "judged_on": of, "clips": errors,
         "mean": mean(&errors), "test_windows": windows_of_test,
     });
-    let text = serde_json::to_string_pretty(&value).map_err(|e| CliError::Failed(e.to_string()))?;
-    let file = folder.join("reconstruction.json");
-    crate::output::write(&file, text)?;
+    crate::output::write_json(&folder.join("reconstruction.json"), &value)?;
     output.result(&value, || {
         format!(
             "{} of {total} iterations, {} parameters, {} clips with {windows} windows; from control points alone, {} {of}:\n\n{}\n{}model: {}\nnext:  {}\n",

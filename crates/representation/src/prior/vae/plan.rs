@@ -7,7 +7,6 @@ use super::file::Flat;
 use crate::RepresentationError;
 use crate::prior::kind::KindPlan;
 use crate::prior::window_plan::WindowPlan;
-use lifelike_train::limits::PlanError;
 use lifelike_train::plan;
 
 /// Settings of a β-VAE. Defaults are the thesis' (4.3.1 and Table 4.1) where it states them.
@@ -89,28 +88,6 @@ impl Default for VaePlan {
 }
 
 impl VaePlan {
-    /// Returns the thesis' architecture at a width and a number of iterations that two CPU cores finish in minutes: 48 channels
-    /// (about 0.26 M parameters for 20 joints), batches of 128, 4000 iterations of Adam in two cosine periods (800 and 3200).
-    pub fn cpu() -> Self {
-        let (optimizer, restart_first, restart_factor) = (Rule::Adam, 800, 4);
-        let sizes = Self { channels: 48, batch: 128, iterations: 4000, ..Self::default() };
-        Self { optimizer, restart_first, restart_factor, ..sizes }
-    }
-
-    /// Reads TOML text; keys left out have their defaults.
-    ///
-    /// # Errors
-    /// Unknown keys, wrong types, values out of range.
-    pub fn from_toml(text: &str) -> Result<Self, RepresentationError> {
-        let plan: Self = toml::from_str(text).map_err(|e| PlanError {
-            key: "prior plan".into(),
-            expected: "the keys of a prior plan".into(),
-            got: e.to_string(),
-        })?;
-        plan.check()?;
-        Ok(plan)
-    }
-
     /// Returns the learning rate at an iteration (counted from 0). A restart in the last tenth of the plan is left
     /// out: the rate would end high, and the few iterations left cannot learn again what a high rate undoes. Four
     /// iterations after a restart took the reconstruction of held-out joints from 8 to 13 degrees.
@@ -151,15 +128,26 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
+    /// A plan of minutes: 4000 iterations of Adam in two cosine periods, 800 and 3200.
+    fn short() -> VaePlan {
+        VaePlan { optimizer: Rule::Adam, restart_first: 800, restart_factor: 4, iterations: 4000, ..VaePlan::default() }
+    }
+
+    fn read(text: &str) -> Result<VaePlan, String> {
+        let plan: VaePlan = toml::from_str(text).map_err(|error| error.to_string())?;
+        plan.check().map_err(|error| error.to_string())?;
+        Ok(plan)
+    }
+
     #[test]
     fn a_plan_survives_toml_and_unknown_or_absurd_keys_are_refused() {
-        let plan = VaePlan::cpu();
-        assert_eq!(VaePlan::from_toml(&toml::to_string(&plan).unwrap()).unwrap(), plan);
-        assert_eq!(VaePlan::from_toml("").unwrap(), VaePlan::default());
+        let plan = short();
+        assert_eq!(read(&toml::to_string(&plan).unwrap()).unwrap(), plan);
+        assert_eq!(read("").unwrap(), VaePlan::default());
         let absurd =
             ["chanels = 3", "batch = 0", "kl_ratio = 0.0", "learning_rate = nan", "floors = { height = -1.0 }"];
         for bad in absurd {
-            assert!(VaePlan::from_toml(bad).is_err(), "{bad}");
+            assert!(read(bad).is_err(), "{bad}");
         }
     }
 
@@ -168,7 +156,7 @@ mod tests {
         let rate = |plan: &VaePlan, i| plan.learning_rate_at(i) / plan.learning_rate;
         let late = VaePlan { iterations: 4000, restart_first: 666, restart_factor: 5, ..VaePlan::default() };
         assert_eq!([rate(&late, 0), rate(&late, 666), rate(&late, 3996), rate(&late, 3999)], [1.0, 1.0, 0.0, 0.0]);
-        let whole = VaePlan::cpu();
+        let whole = short();
         assert!(rate(&whole, 799) < 1e-4 && rate(&whole, 800) == 1.0 && rate(&whole, 3999) < 1e-4);
         let thesis = VaePlan::default();
         assert_eq!([rate(&thesis, 1000), rate(&thesis, 6000), rate(&thesis, 31_000)], [1.0; 3]);

@@ -18,8 +18,7 @@ struct Points {
 /// Writes the control points as they are.
 pub fn write(file: &Path, clip: &SplinedClip) -> Result<(), CliError> {
     let points = Points { clip: clip.clip().name.clone(), segments: clip.segments().to_vec() };
-    let text = serde_json::to_string_pretty(&points).map_err(|e| CliError::Failed(e.to_string()))?;
-    crate::output::write(file, text)
+    crate::output::write_json(file, &points)
 }
 
 /// Puts a file's control points into the clip; they need not be of this clip, but as many.
