@@ -11,7 +11,7 @@ use crate::grammar::words::{Form, inflected};
 use crate::grammar::{Acts, Grammar};
 
 const LEXICON: &str = include_str!("lexicon.toml");
-/// What people expect in situations, and of characters: sentences, one a line.
+/// Sentences for what people expect in situations, and of characters, one a line.
 const REACTIONS: &str = include_str!("reactions.txt");
 
 /// Weights of words: the verb, another word, one that tells phrases apart, one that says little.

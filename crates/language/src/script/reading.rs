@@ -488,8 +488,8 @@ impl Reader<'_> {
     }
 }
 
-/// Returns stretches without guesses: one with the same action as the stretch before says more of it ("hop, whichever foot, six times"),
-/// and beside something sure an unlikely action is none.
+/// Returns stretches without guesses. One with the same action as the stretch before says more of it ("hop, whichever foot, six times").
+/// An unlikely action beside something sure is none.
 fn settled(stretches: Vec<Stretch>) -> Vec<Stretch> {
     let is_any_sure = stretches.iter().any(|one| one.certainty >= SURE);
     let mut out: Vec<Stretch> = Vec::with_capacity(stretches.len());
