@@ -71,10 +71,10 @@ pub fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<(), CliError> {
     lifelike_checkpoint::write_file(path, content.as_ref()).map_err(CliError::write(path))
 }
 
-/// Writes a result as JSON, as [`write`] writes a text.
+/// Writes a result as JSON, as [`write()`] writes a text.
 ///
 /// # Errors
-/// As [`write`]; [`CliError::Failed`] for what is no JSON.
+/// As [`write()`]; [`CliError::Failed`] for what is no JSON.
 pub fn write_json(path: &Path, value: &(impl Serialize + ?Sized)) -> Result<(), CliError> {
     let text = serde_json::to_string_pretty(value).map_err(|e| CliError::Failed(e.to_string()))?;
     write(path, text)

@@ -280,8 +280,6 @@ fn adverb(out: &mut Said, word: &str) -> bool {
         "sarcastically" | "sarcastic" | "ironically" | "mockingly" | "theatrically" | "dramatically" => {
             out.speed = out.speed.or(Some(Speed::Slow));
         }
-        "frail" | "frailly" | "feebly" | "feeble" | "infirm" | "doddering" | "decrepit" | "stooped" | "stooping"
-        | "hunched" | "hunching" | "arthritic" | "elderly" => out.mood = Some(Mood::Frail),
         "unsure" | "uncertain" | "uncertainly" | "hesitant" | "hesitantly" | "hesitating" | "doubtfully"
         | "doubtful" | "indecisive" | "unconvinced" => out.speed = out.speed.or(Some(Speed::Slow)),
         "gusto" | "vigorously" | "heartily" | "forcefully" | "powerfully" | "vigorous" | "hard" | "harder"
