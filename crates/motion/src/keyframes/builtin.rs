@@ -11,6 +11,7 @@ pub fn builtin() -> impl Iterator<Item = (&'static str, &'static str)> {
     clips![
         "air_quotes",
         "airplane",
+        "arabesque",
         "archery",
         "arm_circles",
         "arm_circles_backward",
@@ -84,6 +85,7 @@ pub fn builtin() -> impl Iterator<Item = (&'static str, &'static str)> {
         "foot_circle",
         "forehand",
         "frisbee",
+        "gallop",
         "give",
         "goalkeeper",
         "golf_swing",
@@ -167,6 +169,7 @@ pub fn builtin() -> impl Iterator<Item = (&'static str, &'static str)> {
         "propose",
         "proud_walk",
         "pull",
+        "pull_rope",
         "punch",
         "push",
         "push_cart",
