@@ -237,7 +237,9 @@ fn of_action(tracks: &Tracks, verb: &Verb, action: &Action, meanwhile: Meanwhile
         };
         add(Fact::Size, expected, ratio.map_or("no amplitude".into(), |r| format!("{r:.2}")), passed);
     }
-    if let Some(mood) = action.mood {
+    // Of a bend to an angle that was said the usual bearing says nothing.
+    let is_bent = verb.bends && action.degrees.is_some();
+    if let Some(mood) = action.mood.filter(|_| !is_bent) {
         let change = (measure::head_pitch(tracks) - nominal.head_pitch).to_degrees();
         // A chest bends half as far as a head does.
         let (what, share) = if tracks.head.is_empty() { ("chest", 0.5) } else { ("head", 1.0) };

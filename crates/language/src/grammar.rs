@@ -5,6 +5,7 @@
 //! retargeting → [`lifelike_motion::edit`] (mirror, sequence, compose, trim) → [`crate::checks`] → captions. A draw
 //! combines verb, side, direction, count, speed, size and mood, or two such actions.
 
+mod distances;
 mod draw;
 mod generator;
 mod perform;

@@ -49,6 +49,9 @@ pub struct Posture {
     pub left_touches: Option<Touch>,
     /// Duration of the hold (s).
     pub hold: f64,
+    /// Duration of the way there (s); the usual one where nothing is said.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub way: Option<f64>,
     /// True for a movement that takes its time.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub slow: bool,
@@ -160,6 +163,22 @@ impl Foot {
 }
 
 impl Posture {
+    /// Returns the posture with feet and trunk a share of the way, which are easier to stand in.
+    #[must_use]
+    pub fn gentler(&self, share: f64) -> Self {
+        let less = |turn: Turn| Turn { pitch: share * turn.pitch, roll: share * turn.roll, yaw: share * turn.yaw };
+        let nearer = |foot: Foot| Foot { to: foot.to.map(|way| share * way), height: share * foot.height };
+        let slower = self.way.map(|way| way / share);
+        Self {
+            trunk: self.trunk.map(less),
+            left_foot: self.left_foot.map(nearer),
+            right_foot: self.right_foot.map(nearer),
+            way: slower,
+            slow: true,
+            ..self.clone()
+        }
+    }
+
     /// Returns an arm's place in the posture.
     pub fn arm(&mut self, side: Side) -> [Option<&mut Option<Arm>>; 2] {
         [(side != Side::Right).then_some(&mut self.left_arm), (side != Side::Left).then_some(&mut self.right_arm)]
@@ -224,6 +243,7 @@ impl Posture {
             (self.left_touches, self.touches) = (left, right);
         }
         self.hold = self.hold.max(other.hold);
+        self.way = other.way.or(self.way);
         self.slow |= other.slow;
     }
 
@@ -268,6 +288,7 @@ impl Posture {
             }
         }
         within("the depth", self.sink.unwrap_or(0.0), MOST_WAY)?;
+        within("the way", self.way.unwrap_or(0.0), MOST_HOLD)?;
         within("the hold", self.hold, MOST_HOLD)
     }
 
@@ -293,6 +314,7 @@ impl Posture {
                 .filter(|sink| *sink > 0.0)
                 .map(|sink| if sink > 0.1 { "knees bent" } else { "knees a little bent" }.to_string()),
         );
+        all.extend(self.way.map(|way| format!("{way} s to get there")));
         if self.hold >= HELD {
             all.push(format!("held {} s", self.hold));
         }

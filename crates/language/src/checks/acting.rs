@@ -2,7 +2,7 @@
 
 use lifelike_character::Vec3;
 
-use super::measure::{energy, excursion, flights, ground, held_up, swings};
+use super::measure::{bent, energy, excursion, flights, ground, held_up, swings};
 use super::tracks::{SignalName, Tracks, range};
 use crate::facts::{Direction, Side};
 use crate::grammar::{Acts, Limb, Show, Synth, Verb};
@@ -223,8 +223,8 @@ pub fn shows(tracks: &Tracks, show: Show, side: Option<Side>) -> Outcome {
             ("the feet apart by 20 % of a leg more".into(), format!("{:.0} %", 100.0 * wider), wider > 0.2)
         }
         Show::Bent => {
-            let bent = range(&tracks.pitch).map_or(0.0, |(low, high)| high - low).to_degrees();
-            ("the trunk forward by 12 degrees".into(), format!("{bent:.0}"), bent > 12.0)
+            let angle = bent(tracks);
+            ("the trunk forward by 12 degrees".into(), format!("{angle:.0}"), angle > 12.0)
         }
         Show::LookUp | Show::LookDown => {
             let pitch: Vec<f64> = tracks.head.iter().map(|head| head[0]).collect();

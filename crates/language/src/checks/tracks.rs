@@ -63,7 +63,7 @@ pub enum SignalName {
 /// Lift of a foot that swings in motion without physics, whose standing feet are exact.
 pub const KEYFRAMED: f64 = 0.005;
 /// Lift of a foot that swings in physics, where soles rock on the ground.
-pub const SIMULATED: f64 = 0.02;
+pub const SIMULATED: f64 = 0.035;
 
 /// Paths of a clip, one element per frame.
 #[derive(Debug, Clone)]

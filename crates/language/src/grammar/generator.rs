@@ -293,7 +293,11 @@ impl<'a> Generator<'a> {
                 score.curve(radius.clamp(RADII[0], RADII[1]), part.degrees);
             }
             Some(Synth::Sideways) => {
-                let size = if part.action.size.is_some() { part.gain * part.gain } else { 1.0 };
+                let size = match (part.action.size, part.action.metres.and(part.action.count)) {
+                    (Some(_), _) => part.gain * part.gain,
+                    (None, Some(_)) => part.gain,
+                    (None, None) => 1.0,
+                };
                 // One step alone is seen if it is wide.
                 let is_free = part.action.size.is_none() && part.action.metres.is_none();
                 let wide = if part.cycles == 1 && is_free { ONE_WIDE } else { 1.0 };

@@ -7,7 +7,7 @@ use rand::Rng;
 
 use super::draw::{Carriage, PartDraw};
 use super::generator::Generator;
-use super::spans::{held, repeated, rise_of, still_seconds, stillest, walked};
+use super::spans::{held, reached, repeated, rise_of, still_seconds, stillest, walked};
 use super::table::{Acts, Show, Synth, Tempo, Verb};
 use crate::checks::{Fact, Finding, SIMULATED, SignalName, Tracks, check, measure};
 use crate::error::LanguageError;
@@ -17,17 +17,13 @@ use crate::script::Clause;
 /// Cross-fade between two clauses (s).
 pub const FADE: f64 = 0.4;
 /// Tempos that a duration may ask for, beside the natural one.
-const TEMPO: [f64; 2] = [0.6, 1.6];
+pub(super) const TEMPO: [f64; 2] = [0.6, 1.6];
 /// Tempos in which a pose is taken.
 const RISES: [f64; 2] = [0.15, 1.6];
 /// Largest error of a duration, as a share.
 const DURATION: f64 = 0.1;
 /// The same in physics, which takes a moment to begin and to end.
 const SIMULATED_DURATION: f64 = 0.2;
-/// Lengths of a step that a distance may ask for, beside the natural one.
-const STRIDE: [f64; 2] = [0.5, 1.2];
-/// Times as fast from which a way in a time takes longer steps as well.
-const BRISK: f64 = 1.25;
 /// Least time between two gestures on legs that last (s).
 const PAUSE: f64 = 2.5;
 /// Corrections of a bend to an angle, and the sizes that it may have, beside the natural one.
@@ -40,7 +36,7 @@ const TRIES: u64 = 8;
 /// Factor by which tempo and size are exaggerated where what was said is not seen, and the most of it.
 const MORE_EMPHASIS: f64 = 1.2;
 /// Factor of the same where the robot's legs cannot do it.
-const LESS_EMPHASIS: f64 = 0.88;
+pub(super) const LESS_EMPHASIS: f64 = 0.88;
 const MOST_EMPHASIS: f64 = 1.5;
 /// Shortest stillness of arms that is a pose to be kept (s), and the time they take to get there and back.
 const KEPT: f64 = 0.6;
@@ -48,7 +44,7 @@ pub(super) const ARMS_UP: f64 = 1.0;
 /// Share of a pose's clip in which it is still.
 const POSED: f64 = 0.15;
 /// Most cycles that a duration may ask for.
-const MAX_CYCLES: u32 = 30;
+pub(super) const MAX_CYCLES: u32 = 30;
 
 /// The motion of a clause.
 #[derive(Debug, Clone)]
@@ -73,7 +69,7 @@ impl Generator<'_> {
                     let part = self.part_of(action, emphasis, &mut rng)?;
                     let part = PartDraw { carriage: Carriage::of(&clause.postures[0]), ..part };
                     let below = self.timed(part, action, clause.seconds, &mut rng)?;
-                    self.held_during(&clause.postures[0], &action.verb, below)
+                    self.held_during(&clause.postures, &action.verb, below)
                 }
                 [action] if clause.rise.is_some() => self.rising(action, clause.rise, emphasis, &mut rng),
                 [action] => self.alone(action, clause.seconds, emphasis, &mut rng),
@@ -259,7 +255,10 @@ impl Generator<'_> {
     ) -> Result<MotionClip, LanguageError> {
         let is_arc = self.grammar().verbs[part.verb].synth == Some(Synth::Curve);
         if let Some(metres) = action.metres.filter(|_| !is_arc) {
-            return self.as_far(part, metres, seconds, rng);
+            return match action.count {
+                Some(_) => self.in_steps(part, metres, rng),
+                None => self.as_far(part, metres, seconds, rng),
+            };
         }
         let Some(wanted) = seconds else { return self.shortened(self.part(&part, Some(rng))?) };
         let verb = &self.grammar().verbs[part.verb];
@@ -326,41 +325,6 @@ impl Generator<'_> {
         self.shortened(self.part(&part, Some(rng))?)
     }
 
-    /// Walks so far (m), in as many cycles as it takes, with steps a little longer or shorter. A time that is said (s)
-    /// is kept by faster and longer steps.
-    fn as_far(
-        &self,
-        part: PartDraw,
-        metres: f64,
-        seconds: Option<f64>,
-        rng: &mut impl Rng,
-    ) -> Result<MotionClip, LanguageError> {
-        let fewest = self.grammar().verbs[part.verb].cycles.map_or(1, |[fewest, _]| fewest.max(1));
-        let way = |cycles: u32| -> Result<f64, LanguageError> {
-            let clip = self.part(&PartDraw { cycles, gain: 1.0, ..part.clone() }, None)?;
-            Ok(measure::way(&Tracks::of(&clip, self.character(), self.anatomy())?))
-        };
-        let first = way(fewest)?;
-        let each = (way(fewest + 1)? - first).max(1e-3);
-        let in_steps = |gain: f64, part: PartDraw| {
-            let more = ((metres / gain - first) / each).round().clamp(0.0, f64::from(MAX_CYCLES));
-            let gain = (metres / (first + more * each)).clamp(STRIDE[0], STRIDE[1]);
-            PartDraw { cycles: fewest + more as u32, gain, ..part }
-        };
-        let mut part = in_steps(1.0, part);
-        if let Some(wanted) = seconds {
-            part.speed = 1.0;
-            let lasts = |part: &PartDraw| -> Result<f64, LanguageError> {
-                Ok(walked(&Tracks::of(&self.part(part, None)?, self.character(), self.anatomy())?))
-            };
-            if lasts(&part)? > BRISK * wanted {
-                part = in_steps(0.95 * STRIDE[1], part);
-            }
-            part.speed = (lasts(&part)? / wanted).clamp(TEMPO[0], TEMPO[1]);
-        }
-        self.shortened(self.part(&part, Some(rng))?)
-    }
-
     /// Composes a gesture's arms on walking legs, both repeated until they last as long.
     fn at_once(
         &self,
@@ -401,7 +365,11 @@ impl Generator<'_> {
                 trim(&arms, Some(0.3), Some(arms.seconds() - 0.2))?
             }
         };
-        let (arms, legs_clip) = self.kept(verb, arms, &legs.verb, legs_clip, seconds)?;
+        let low = self.low_pose(legs)?;
+        let (arms, legs_clip) = match low {
+            true => (arms, legs_clip),
+            false => self.kept(verb, arms, &legs.verb, legs_clip, seconds)?,
+        };
         let names = match (verb.acts, gesture.side) {
             (Acts::Head, _) => "head",
             (_, Some(Side::Left)) => "left_arm",
@@ -409,6 +377,9 @@ impl Generator<'_> {
             _ => "arms",
         };
         let joints = joints_of(self.character(), self.anatomy(), &[names.into()])?;
+        if low {
+            return self.during_hold(&legs_clip, &arms, joints, seconds);
+        }
         let spare = (legs_clip.seconds() - arms.seconds()).max(0.0);
         // On legs that last the gesture is done now and then, where nobody says how often.
         let again =
@@ -423,6 +394,26 @@ impl Generator<'_> {
             clip = compose(&clip, &arms, &options)?;
         }
         Ok(clip)
+    }
+
+    /// Returns whether an action goes down to a pose of the legs that is held: what else is said is done there.
+    pub(super) fn low_pose(&self, legs: &Action) -> Result<bool, LanguageError> {
+        let Some(number) = self.number(&legs.verb) else { return Ok(false) };
+        Ok(self.grammar().verbs[number].is_low_pose() && self.is_held(number)?)
+    }
+
+    /// Moves some joints of a pose as another clip does, from where the pose is reached; it is held for as long as that takes.
+    pub(super) fn during_hold(
+        &self,
+        pose: &MotionClip,
+        moving: &MotionClip,
+        joints: Vec<String>,
+        seconds: Option<f64>,
+    ) -> Result<MotionClip, LanguageError> {
+        let longest = moving.seconds().max(seconds.unwrap_or(0.0));
+        let clip = held(pose, longest);
+        let options = Compose { joints, offset: reached(pose), length: Length::Return, fade: 0.35 };
+        Ok(compose(&clip, moving, &options)?)
     }
 
     /// Keeps a pose of arms until the legs below are done. They are there before a body on the spot goes down.
@@ -510,7 +501,7 @@ impl Generator<'_> {
     }
 
     /// Cuts most of the standing before and after.
-    fn shortened(&self, clip: MotionClip) -> Result<MotionClip, LanguageError> {
+    pub(super) fn shortened(&self, clip: MotionClip) -> Result<MotionClip, LanguageError> {
         let spare = clip.seconds() - 1.2;
         if spare < 0.4 { Ok(clip) } else { Ok(trim(&clip, Some(0.2), Some(clip.seconds() - 0.1))?) }
     }
@@ -579,6 +570,9 @@ mod tests {
             "stretch both arms out ahead at 60 degrees",
             "bow 50 degrees",
             "lean forward 20 degrees",
+            "squat deeply",
+            "squat a little",
+            "gallop six steps",
         ] {
             let script = reader.read(text);
             for seed in 0..2 {
@@ -592,6 +586,16 @@ mod tests {
                     assert!((wanted - got).abs() <= error, "{text}: {got}");
                 }
             }
+        }
+        // Steps that are counted are as long as the way asks for; what legs cannot make is told.
+        for (metres, is_far) in [(0.25, true), (0.7, true), (6.0, false)] {
+            let aside = Action { count: Some(4), metres: Some(metres), ..Action::of("walk_sideways") };
+            let made = generator.perform(&Clause::new(vec![aside]), 1, 0).unwrap();
+            let facts: Vec<_> = made.findings.iter().map(|f| (f.fact, f.passed)).collect();
+            assert!(
+                facts.contains(&(Fact::Count, true)) && facts.contains(&(Fact::Distance, is_far)),
+                "{metres}: {facts:?}"
+            );
         }
         let lengths = [
             // So are the first and the last moment of a walk.

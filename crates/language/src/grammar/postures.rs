@@ -13,7 +13,7 @@ use super::spans::repeated;
 use super::table::Acts;
 use crate::checks::{Fact, Finding, Tracks};
 use crate::error::LanguageError;
-use crate::facts::{Mood, Side};
+use crate::facts::{Action, Mood, Side};
 use crate::posture::{Arm, Foot, Posture, Turn};
 use crate::touch::LEG;
 
@@ -44,6 +44,10 @@ const LOWER: f64 = 0.16;
 const LOWERED: f64 = 0.3;
 /// Height of a step on the ground (m, of the keyframed figure).
 const STEP: f64 = 0.09;
+/// Lift from which an arm is not lifted farther for a trunk that leans (degrees).
+const OVERHEAD: f64 = 165.0;
+/// Shortest way that may be asked for (s).
+const SHORTEST: f64 = 0.2;
 /// Factor of the time of what is done slowly.
 const SLOW: f64 = 2.4;
 /// Bend of knees that is added until legs reach, at once and at most (m, of the keyframed figure).
@@ -67,6 +71,8 @@ struct Times {
 #[derive(Debug, Clone, Copy)]
 struct Figure {
     arms: [Arm; 2],
+    /// True for arms whose hand touches the body: their angles are seen from the trunk, others' from the vertical.
+    touches: [bool; 2],
     head: Turn,
     trunk: Turn,
     feet: [Foot; 2],
@@ -76,6 +82,7 @@ struct Figure {
 impl Figure {
     const STANDING: Self = Self {
         arms: [Arm::HANGING; 2],
+        touches: [false; 2],
         head: Turn { pitch: 0.0, roll: 0.0, yaw: 0.0 },
         trunk: Turn { pitch: 0.0, roll: 0.0, yaw: 0.0 },
         feet: [Foot::STANDING; 2],
@@ -85,10 +92,9 @@ impl Figure {
     /// Returns the figure as it is written: free arms keep the balance on one foot.
     fn balanced(&self) -> Self {
         let mut out = *self;
-        // Arms that hang do so by their weight, also of a trunk that leans.
         let hangs = self.arms.map(|arm| arm == Arm::HANGING);
-        for (arm, _) in out.arms.iter_mut().zip(hangs).filter(|(_, hangs)| *hangs) {
-            arm.raise = self.trunk.pitch.max(0.0);
+        for (arm, _) in out.arms.iter_mut().zip(self.touches).filter(|(_, touches)| !*touches) {
+            arm.raise = (arm.raise + self.trunk.pitch.max(0.0)).min(OVERHEAD.max(arm.raise));
         }
         if self.feet.iter().any(|foot| foot.height > 0.0) {
             out.sink = self.sink.max(BENT_KNEE);
@@ -103,7 +109,10 @@ impl Figure {
     fn after(&self, posture: &Posture) -> Self {
         let [left, right] = [posture.left_foot, posture.right_foot].map(|foot| foot.is_some_and(|f| f.height > 0.0));
         let stays = |foot: Foot| if foot.height > 0.0 { Foot::STANDING } else { foot };
+        let moved = [posture.left_arm.is_some(), posture.right_arm.is_some()];
+        let touch = [posture.left_touches.or(posture.touches).is_some(), posture.touches.is_some()];
         Self {
+            touches: [0, 1].map(|side| if moved[side] { touch[side] } else { self.touches[side] }),
             arms: [posture.left_arm.unwrap_or(self.arms[0]), posture.right_arm.unwrap_or(self.arms[1])],
             head: posture.head.unwrap_or(self.head),
             trunk: posture.trunk.unwrap_or(self.trunk),
@@ -159,7 +168,8 @@ fn laid_out(postures: &[Posture]) -> Writer {
     for posture in postures.iter().chain([&last]) {
         let next = figure.after(posture);
         let start = now;
-        let mut arrive = start + figure.way(&next) * if posture.slow { SLOW } else { 1.0 };
+        let usual = figure.way(&next) * if posture.slow { SLOW } else { 1.0 };
+        let mut arrive = start + posture.way.map_or(usual, |way| way.max(SHORTEST));
         // First the foot that comes down, then the one that rises.
         let mut from = start;
         for foot in [0, 1] {
@@ -204,11 +214,13 @@ fn laid_out(postures: &[Posture]) -> Writer {
     out
 }
 
-/// Returns a posture with the knees bent farther (m, of the keyframed figure) where it moves a foot away, or bends them already.
+/// Returns a posture with the knees bent farther (m, of the keyframed figure) where it moves a foot away or leans, or bends them
+/// already.
 fn lowered(posture: &Posture, by: f64) -> Posture {
     let feet = [posture.left_foot, posture.right_foot];
-    let is_away = feet.iter().flatten().any(|foot| *foot != Foot::STANDING);
-    let returns = !is_away && feet.iter().any(Option::is_some);
+    let leans = posture.trunk.is_some_and(|turn| turn.pitch.abs() >= MEASURED);
+    let is_away = leans || feet.iter().flatten().any(|foot| *foot != Foot::STANDING);
+    let returns = !is_away && (posture.trunk.is_some() || feet.iter().any(Option::is_some));
     let sink = match posture.sink {
         _ if by == 0.0 => posture.sink,
         None if returns => Some(0.0),
@@ -216,6 +228,23 @@ fn lowered(posture: &Posture, by: f64) -> Posture {
         sink => Some(sink.unwrap_or(0.0) + by),
     };
     Posture { sink, ..posture.clone() }
+}
+
+/// Returns postures of the arms alone.
+fn arms_of(postures: &[Posture]) -> Vec<Posture> {
+    let arms = |posture: &Posture| Posture { head: None, trunk: None, sink: None, ..posture.clone() };
+    postures.iter().map(arms).collect()
+}
+
+/// Returns the name of the arms that postures move, for what composes motion; nothing where they move none.
+fn limbs_of(postures: &[Posture]) -> &'static str {
+    let moved = |arm: fn(&Posture) -> Option<Arm>| postures.iter().any(|posture| arm(posture).is_some());
+    match (moved(|posture| posture.left_arm), moved(|posture| posture.right_arm)) {
+        (true, true) => "arms",
+        (true, false) => "left_arm",
+        (false, true) => "right_arm",
+        (false, false) => "",
+    }
 }
 
 impl Writer {
@@ -269,7 +298,7 @@ impl Generator<'_> {
         let again: Vec<Posture> =
             postures.iter().map(|posture| Posture { trunk: posture.trunk.map(scaled), ..posture.clone() }).collect();
         // More than the legs can carry stays as it was.
-        Ok(self.keyframed(&again, mood).unwrap_or(clip))
+        Ok(self.within_reach(&again, mood).map_or(clip, |(_, again)| again))
     }
 
     /// Makes the motion of postures, with knees bent as far as it takes for legs to reach where feet are put.
@@ -278,12 +307,14 @@ impl Generator<'_> {
         postures: &[Posture],
         mood: Option<Mood>,
     ) -> Result<(Vec<Posture>, MotionClip), LanguageError> {
-        let moves_foot = postures.iter().any(|posture| !posture.is_empty() && !posture.leaves_feet());
+        let leans = |posture: &Posture| posture.trunk.is_some_and(|turn| turn.pitch.abs() >= MEASURED);
+        let moves_foot = |posture: &Posture| !posture.is_empty() && !posture.leaves_feet();
+        let may_bend = postures.iter().any(|posture| leans(posture) || moves_foot(posture));
         let mut deeper = 0.0;
         loop {
             let lower: Vec<Posture> = postures.iter().map(|posture| lowered(posture, deeper)).collect();
             match self.keyframed(&lower, mood) {
-                Err(LanguageError::Motion(_)) if moves_foot && deeper < DEEPEST => deeper += DEEPER,
+                Err(LanguageError::Motion(_)) if may_bend && deeper < DEEPEST => deeper += DEEPER,
                 made => return made.map(|clip| (lower, clip)),
             }
         }
@@ -322,26 +353,29 @@ impl Generator<'_> {
     /// Holds the arms of a posture during a motion; on the spot they are there before it begins.
     pub(super) fn held_during(
         &self,
-        posture: &Posture,
+        postures: &[Posture],
         verb: &str,
         below: MotionClip,
     ) -> Result<MotionClip, LanguageError> {
-        if posture.left_arm.is_none() && posture.right_arm.is_none() {
+        if limbs_of(postures).is_empty() {
             return Ok(below);
         }
+        if self.low_pose(&Action::of(verb))? {
+            let arms = self.postured(&arms_of(postures), None)?;
+            let joints = joints_of(self.character(), self.anatomy(), &[limbs_of(postures).into()])?;
+            return self.during_hold(&below, &trim(&arms, Some(BEFORE), None)?, joints, None);
+        }
+        let [posture] = postures else {
+            let message = format!("expected one posture during '{verb}', got {}", postures.len());
+            return Err(LanguageError::Grammar(message));
+        };
         let on_the_spot = matches!(self.grammar().verb(verb)?.acts, Acts::Body | Acts::Foot);
         let frames = if on_the_spot { (ARMS_UP * below.fps).round() as usize } else { 0 };
         let below = repeated(&repeated(&below, below.len() - 1, frames), 0, frames);
         let hold = (below.seconds() - BOTH_WAYS).max(0.1);
-        let arms = Posture { hold, head: None, trunk: None, sink: None, ..posture.clone() };
-        let arms = self.postured(&[arms], None)?;
+        let arms = self.postured(&arms_of(&[Posture { hold, ..posture.clone() }]), None)?;
         let arms = trim(&arms, Some(0.2), Some((below.seconds() + 0.1).min(arms.seconds() - 0.1)))?;
-        let parts = match (posture.left_arm, posture.right_arm) {
-            (Some(_), None) => "left_arm",
-            (None, Some(_)) => "right_arm",
-            _ => "arms",
-        };
-        let joints = joints_of(self.character(), self.anatomy(), &[parts.into()])?;
+        let joints = joints_of(self.character(), self.anatomy(), &[limbs_of(postures).into()])?;
         Ok(compose(&below, &arms, &Compose { joints, offset: 0.0, length: Length::Return, fade: 0.3 })?)
     }
 
@@ -399,18 +433,22 @@ mod tests {
 
     use super::*;
     use crate::grammar::Grammar;
-    use crate::script::Clause;
+    use crate::grammar::spans::rise_of;
+    use crate::script::{Clause, Script};
     use crate::touch::Touch;
 
     fn made(postures: &[Posture]) -> (MotionClip, Tracks, Vec<Finding>) {
+        made_of(&Clause::of_postures(postures.to_vec()))
+    }
+
+    fn made_of(clause: &Clause) -> (MotionClip, Tracks, Vec<Finding>) {
         let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/lima.xml");
         let lima = Character::from_mjcf(&std::fs::read_to_string(file).unwrap(), "lima.xml", None).unwrap();
         let anatomy = Anatomy::guess(&lima, &Overrides::new()).unwrap();
         let grammar = Grammar::builtin().unwrap();
         let options = RetargetOptions::default();
-        let generator = Generator::of_verbs(&grammar, &lima, &anatomy, options, &["stand", "squat"]).unwrap();
-        let clause = Clause::of_postures(postures.to_vec());
-        let made = generator.perform(&clause, 1, 0).unwrap();
+        let generator = Generator::of_verbs(&grammar, &lima, &anatomy, options, &["stand", "squat", "kneel"]).unwrap();
+        let made = generator.perform(clause, 1, 0).unwrap();
         let tracks = Tracks::of(&made.clip, &lima, &anatomy).unwrap();
         (made.clip, tracks, made.findings)
     }
@@ -463,6 +501,45 @@ mod tests {
         let (_, tracks, _) = made(&[aside]);
         let most = tracks.chest_lean.iter().fold(0.0_f64, |most, angle| most.max(angle.to_degrees()));
         assert!((most - 15.0).abs() < 6.0, "{most}");
+    }
+
+    #[test]
+    fn a_way_takes_its_time_and_arms_are_seen_from_the_vertical() {
+        let lift = |way| Posture { left_arm: arm(120.0, 3.0), way: Some(way), hold: 1.0, ..Posture::default() };
+        let rise = |clip: &MotionClip| rise_of(clip).unwrap();
+        let [fast, slow] = [0.3, 4.0].map(|way| rise(&made(&[lift(way)]).0));
+        assert!(fast < 0.6 && (2.5..4.2).contains(&slow), "{fast}, {slow}");
+        // A trunk that leans leaves arms level that are to be level.
+        let trunk = Some(Turn { pitch: 30.0, ..Turn::default() });
+        let level = Posture { left_arm: arm(90.0, 3.0), trunk, hold: 2.0, ..Posture::default() };
+        let (clip, tracks, _) = made(&[level]);
+        let frame = (0.55 * clip.seconds() * clip.fps) as usize;
+        let way = tracks.hands[0][frame] - tracks.shoulders[0][frame];
+        assert!(way.z.abs() < 0.2 * way.x, "{way}");
+        assert!(tracks.chest[frame].to_degrees() > 20.0, "{}", tracks.chest[frame].to_degrees());
+    }
+
+    #[test]
+    fn arms_move_in_a_low_pose_after_it_was_reached() {
+        let wide = Posture { left_arm: arm(0.0, 90.0), right_arm: arm(0.0, 90.0), hold: 1.0, ..Posture::default() };
+        let ahead = Posture { left_arm: arm(90.0, 3.0), right_arm: arm(90.0, 3.0), hold: 1.0, ..Posture::default() };
+        let kneel = Action { side: Some(Side::Right), ..Action::of("kneel") };
+        let clause = Clause { postures: vec![wide, ahead], ..Clause::new(vec![kneel]) };
+        let (_, tracks, _) = made_of(&clause);
+        let is_low = |frame: &usize| tracks.root[*frame].z < tracks.root[0].z - 0.2 * tracks.leg;
+        let down: Vec<usize> = (0..tracks.len()).filter(is_low).collect();
+        let (first, last) = (down[0], down[down.len() - 1]);
+        let out = |frame: usize| (tracks.hands[0][frame] - tracks.shoulders[0][frame]).z > -0.15 * tracks.leg;
+        let up: Vec<usize> = (0..tracks.len()).filter(|frame| out(*frame)).collect();
+        assert!(up.len() as f64 > 2.0 * tracks.fps, "{}", up.len());
+        assert!(up.iter().all(|frame| (first..last).contains(frame)), "{first} to {last}, {up:?}");
+        // One posture alone is held during it as before; a verb that does not stay down takes only one.
+        let script = Script { clauses: vec![clause.clone()], ..Script::default() };
+        let grammar = Grammar::builtin().unwrap();
+        assert!(script.check(&grammar).is_ok());
+        let walk = Clause { actions: vec![Action::of("walk")], ..clause };
+        let error = Script { clauses: vec![walk], ..Script::default() }.check(&grammar).unwrap_err();
+        assert!(error.contains("one posture that moves no foot"), "{error}");
     }
 
     #[test]

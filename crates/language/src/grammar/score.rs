@@ -12,6 +12,8 @@ const HALF_STANCE: f64 = 0.09;
 
 /// Largest angle of an arm that hangs (degrees).
 const HANGS: f64 = 32.0;
+/// Largest lift of an arm that is made larger (degrees).
+const OVERHEAD: f64 = 165.0;
 /// Angle from which an arm is lifted (degrees).
 const LIFTED: f64 = 40.0;
 
@@ -272,12 +274,17 @@ impl Score {
                 cycle.is_none_or(|c| time > c.from && time <= c.from + f64::from(c.count) * c.period + 1e-9)
             };
             let within: Vec<f64> = keys.iter().filter(|k| inside(k.0)).map(|k| k.1).collect();
+            let rest = standing(axis);
+            // What a cycle brings back to standing, such as the pelvis in a squat, stands at its end in every size.
+            let returns = within.last().is_some_and(|last| (last - rest).abs() < 1e-6);
             let centre = match cycle {
-                Some(_) => within.iter().sum::<f64>() / within.len().max(1) as f64,
-                None => standing(axis),
+                Some(_) if !returns => within.iter().sum::<f64>() / within.len().max(1) as f64,
+                _ => rest,
             };
             for key in keys.iter_mut().filter(|k| inside(k.0)) {
-                key.1 = centre + gain * (key.1 - centre);
+                let larger = centre + gain * (key.1 - centre);
+                // An arm that is up already goes no farther.
+                key.1 = if axis == "raise" { larger.min(key.1.max(OVERHEAD)) } else { larger };
             }
         }
     }
@@ -576,6 +583,22 @@ fn arc_step(foot: &str, start: f64, swing: f64, radius: f64, degrees: f64) -> St
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+
+    #[test]
+    fn a_larger_cycle_still_stands_at_its_end_and_arms_stop_overhead() {
+        let text = "seconds = 4.0\n[[pose]]\ntime = 1.0\npelvis = { z = -0.2 }\nleft_arm = { raise = 150 }\n\
+                    [[pose]]\ntime = 3.0\npelvis = { z = 0 }\nleft_arm = { raise = 100 }";
+        let mut score = Score::parse("x", text).unwrap();
+        score.larger(1.5, Some(&Cycle { from: 0.5, period: 3.0, count: 1 }));
+        let of = |part: &str, axis: &str| score.keys[&(part.to_string(), axis.to_string())].clone();
+        let depths: Vec<f64> = of("pelvis", "z").iter().map(|key| (100.0 * key.1).round()).collect();
+        assert_eq!(depths, [-30.0, 0.0]);
+        let lifts: Vec<f64> = of("left_arm", "raise").iter().map(|key| key.1).collect();
+        assert_eq!(lifts, [162.5, 87.5], "around the mean of a cycle that does not return");
+        let mut score = Score::parse("x", text).unwrap();
+        score.larger(1.5, None);
+        assert_eq!(score.keys[&("left_arm".to_string(), "raise".to_string())][0].1, OVERHEAD);
+    }
 
     #[test]
     fn steps_and_jumps_of_a_cycle_are_done_again_from_where_the_feet_are() {

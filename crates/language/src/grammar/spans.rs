@@ -56,6 +56,13 @@ pub(super) fn stillest(clip: &MotionClip) -> Option<usize> {
     middle.min_by(|a, b| change(clip, *a).total_cmp(&change(clip, *b)))
 }
 
+/// Returns when a clip has reached the pose at its middle (s).
+pub(super) fn reached(clip: &MotionClip) -> f64 {
+    let Some(at) = stillest(clip) else { return 0.0 };
+    let before = (0..at).rev().take_while(|t| change(clip, *t) * clip.fps < STILL).count();
+    (at - before) as f64 / clip.fps
+}
+
 /// Holds the pose at the middle of a clip, so that it lasts as long as asked for (s).
 pub(super) fn held(clip: &MotionClip, seconds: f64) -> MotionClip {
     let Some(at) = stillest(clip) else { return clip.clone() };

@@ -223,6 +223,11 @@ impl Verb {
         self.cycle.is_none() && self.acts != Acts::Feet && !self.is_even()
     }
 
+    /// Returns whether legs go down to a pose that can be held.
+    pub fn is_low_pose(&self) -> bool {
+        self.is_pose() && matches!(self.acts, Acts::Foot | Acts::Body) && self.shows.contains(&Show::Low)
+    }
+
     /// Returns whether trunk or head go somewhere and come back.
     pub fn is_inclined(&self) -> bool {
         // A bend of less than it is none.

@@ -7,7 +7,8 @@ use super::limbs::is_above;
 use super::said::MAX_COUNT;
 use crate::error::LanguageError;
 use crate::facts::Action;
-use crate::grammar::Grammar;
+use crate::grammar::{Grammar, Verb};
+use crate::posture::Posture;
 
 /// Most repetitions of a clause.
 const MAX_TIMES: u32 = 1000;
@@ -44,7 +45,7 @@ impl Script {
     }
 
     /// Checks numbers and pairs, which a sentence cannot have wrong.
-    pub(super) fn check(&self, grammar: &Grammar) -> Result<(), String> {
+    pub(crate) fn check(&self, grammar: &Grammar) -> Result<(), String> {
         if self.clauses.is_empty() {
             return Err("expected a clause, got none".into());
         }
@@ -57,10 +58,11 @@ impl Script {
             if !(1..=MAX_TIMES).contains(&clause.times) {
                 return fail(&format!("times from 1 to {MAX_TIMES}"), clause.times.to_string());
             }
-            let is_held = clause.postures.len() == 1 && clause.postures[0].leaves_feet();
+            let is_low = clause.actions.iter().all(|one| grammar.verb(&one.verb).is_ok_and(Verb::is_low_pose));
+            let is_held = (clause.postures.len() == 1 || is_low) && clause.postures.iter().all(Posture::leaves_feet);
             if !(clause.postures.is_empty() || clause.is_only_postures() || is_held && clause.actions.len() == 1) {
                 return fail(
-                    "'stand' beside postures, or one posture that moves no foot",
+                    "'stand' beside postures, or one posture that moves no foot (several during kneeling and its kin)",
                     format!("{} postures", clause.postures.len()),
                 );
             }
