@@ -37,6 +37,14 @@ pub enum LanguageError {
     /// A grammar that contradicts itself, or names what is not there.
     #[error("grammar: {0}")]
     Grammar(String),
+    /// A command that reads sentences, and fails or writes something else than a script.
+    #[error("reader '{command}': {message}")]
+    Reader {
+        /// The command.
+        command: String,
+        /// Description of the failure.
+        message: String,
+    },
     /// A clip or a character that cannot be used.
     #[error(transparent)]
     Motion(#[from] MotionError),

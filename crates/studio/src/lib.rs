@@ -47,6 +47,7 @@ pub use live::{Down, Live, Said, Status};
 pub use operation::Operation;
 pub use performer::Fall;
 pub use scene::{Block, Camera, EXTENSION, Push, Scene, Switch};
+pub use sentence::read_by;
 pub use server::{RunCommand, Studio};
 pub use similar::Alike;
 pub use stage::{Policies, Stage, Take, name_of};

@@ -1,11 +1,12 @@
 //! A sentence as motion: understood as a script, made by the network where every fact holds, else by the grammar's rules.
 
-use std::sync::OnceLock;
+use std::collections::BTreeMap;
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 use lifelike_generation::generator::Generator;
 use lifelike_language::LanguageError;
 use lifelike_language::grammar::{Generator as Rules, Grammar};
-use lifelike_language::script::{Clause, Reader, Script};
+use lifelike_language::script::{Asked, Clause, Reader, Script};
 use lifelike_motion::MotionClip;
 use lifelike_motion::edit::trim;
 use lifelike_motion::resample::resample;
@@ -40,6 +41,29 @@ fn language() -> Result<(&'static Grammar, &'static Reader<'static>), LanguageEr
     Ok((grammar, reader))
 }
 
+/// Returns the script of a sentence: by another program where one was named, which is asked once for every sentence.
+fn script(reader: &Reader<'_>, robot: &Robot, sentence: &str) -> Result<Script, LanguageError> {
+    static ANSWERS: Mutex<BTreeMap<String, Script>> = Mutex::new(BTreeMap::new());
+    let Some(asked) = OTHER.get().cloned().flatten().or_else(|| Asked::new(None)) else {
+        return Ok(reader.read(sentence));
+    };
+    let known = ANSWERS.lock().unwrap_or_else(PoisonError::into_inner).get(sentence).cloned();
+    if let Some(known) = known {
+        return Ok(known);
+    }
+    let script = asked.script(reader, &robot.anatomy, sentence)?;
+    ANSWERS.lock().unwrap_or_else(PoisonError::into_inner).insert(sentence.to_owned(), script.clone());
+    Ok(script)
+}
+
+/// Command that reads sentences, where one was named.
+static OTHER: OnceLock<Option<Asked>> = OnceLock::new();
+
+/// Lets a command read sentences in every scene of this process, such as a language model. Only the first call counts.
+pub fn read_by(command: Option<&str>) {
+    OTHER.get_or_init(|| Asked::new(command));
+}
+
 fn failed(error: LanguageError) -> StudioError {
     StudioError::Operation(error.to_string())
 }
@@ -51,7 +75,7 @@ impl<'a> Understood<'a> {
     /// [`StudioError::Operation`] for what cannot be done, or not by this robot, with the reason and the nearest that can.
     pub fn read(sentence: &str, seconds: Option<f64>, robot: &'a Robot) -> Result<Option<Self>, StudioError> {
         let (grammar, reader) = language().map_err(failed)?;
-        let mut script = reader.read(sentence).with_the_rest();
+        let mut script = script(reader, robot, sentence).map_err(failed)?.with_the_rest();
         if let Some(one) = script.impossible.first() {
             let nearest =
                 one.nearest.as_ref().map_or(String::new(), |verb| format!("; try '{}'", verb.replace('_', " ")));

@@ -7,6 +7,7 @@
 
 mod again;
 mod asides;
+mod asked;
 mod beside;
 mod edited;
 mod exchanged;
@@ -37,13 +38,14 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+pub use asked::{Asked, READER};
 pub use learned::{ReaderPlan, ReaderScore, train_reader};
 pub use reader::Reader;
 pub use reading::Reading;
 
 use crate::error::LanguageError;
 use crate::facts::{Action, Direction, Facts, Relation, Side, Size, Speed};
-use crate::grammar::{Grammar, Show, Verb};
+use crate::grammar::Grammar;
 use crate::posture::Posture;
 
 /// Returns the words of all phrases of a grammar and of the lexicon, those that say little left out.
@@ -200,13 +202,22 @@ impl Script {
         self.impossible.append(&mut other.impossible);
     }
 
-    /// Returns whether an action needs a time without any foot on the ground. A hop in place on one leg is left to policies that
-    /// stand on it.
-    pub fn leaves_the_ground(&self, grammar: &Grammar) -> bool {
-        let actions = self.clauses.iter().flat_map(|clause| &clause.actions);
-        let mut verbs = actions.filter_map(|action| grammar.verb(&action.verb).ok());
-        let hops = |verb: &Verb| verb.shows.contains(&Show::OneLeg) && verb.direction == Some(Direction::InPlace);
-        verbs.any(|verb| verb.shows.contains(&Show::Flight) && !hops(verb))
+    /// Returns the script with postures a share of the way, and slower; nothing where no posture moves feet or trunk.
+    pub fn gentler(&self, share: f64) -> Option<Self> {
+        let moves = |posture: &Posture| posture.trunk.is_some() || !posture.leaves_feet();
+        let mut out = self.clone();
+        let mut all =
+            out.clauses.iter_mut().filter(|clause| clause.is_only_postures()).flat_map(|one| &mut one.postures);
+        let mut changed = false;
+        for posture in all.by_ref() {
+            changed |= moves(posture);
+            *posture = posture.gentler(share);
+        }
+        out.notes.push(format!(
+            "postures are {:.0}% of what was asked for: at full size they fell in physics",
+            100.0 * share
+        ));
+        changed.then_some(out)
     }
 
     /// Leaves out what cannot be done where something else can, and notes it.

@@ -2,6 +2,9 @@
 
 use std::fmt::Write;
 
+use lifelike_character::Anatomy;
+use lifelike_character::anatomy::Role;
+
 use super::limbs::is_above;
 use super::reader::Reader;
 use super::said::Said;
@@ -11,18 +14,29 @@ use crate::facts::{Action, Direction, Side};
 use crate::grammar::{Acts, Grammar, Synth, Verb};
 
 const BRIEF: &str = include_str!("brief.md");
+/// Part of the brief for a robot whose head does not turn.
+const WITHOUT_HEAD: &str = "
+# This robot
+
+Its head does not turn or nod, so a posture has no `head`. Looks to the side are turns of the trunk, or of the body by steps where they last.
+Looks up and down are leans of the trunk, a nod is a small bow.
+";
 /// Phrases of a verb in the brief.
 const PHRASES: usize = 3;
 
 impl Grammar {
-    /// Returns a text by which a language model, or a person, writes scripts: the form, examples, and the verbs.
-    pub fn brief(&self) -> String {
+    /// Returns a text by which a language model, or a person, writes scripts for a robot: the form, examples, the verbs, and what
+    /// the robot lacks.
+    pub fn brief(&self, anatomy: &Anatomy) -> String {
         let mut text = BRIEF.to_owned();
         for verb in &self.verbs {
             let phrases: Vec<String> = verb.say.iter().take(PHRASES).map(|text| plain(text)).collect();
             let given = given(verb);
             let given = if given.is_empty() { String::new() } else { format!("; {}", given.join(", ")) };
             let _ = writeln!(text, "{}: {}{given}: {}", verb.name, part(verb.acts), phrases.join(", "));
+        }
+        if !anatomy.places.contains_key(&Role::Head) {
+            text += WITHOUT_HEAD;
         }
         text
     }
@@ -115,7 +129,18 @@ fn said_of(action: &Action) -> Said {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use std::collections::BTreeMap;
+
+    use lifelike_character::Character;
+    use lifelike_character::anatomy::Overrides;
+
     use super::*;
+
+    fn lima() -> Anatomy {
+        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/lima.xml");
+        let lima = Character::from_mjcf(&std::fs::read_to_string(file).unwrap(), "lima.xml", None).unwrap();
+        Anatomy::guess(&lima, &Overrides::new()).unwrap()
+    }
 
     #[test]
     fn examples_of_the_brief_are_scripts() {
@@ -130,8 +155,12 @@ mod tests {
         );
         assert_eq!(read.len(), 4);
         assert_eq!(reader.reply(examples[3]).unwrap().impossible.len(), 1);
-        let brief = grammar.brief();
+        let mut anatomy = Anatomy { places: BTreeMap::new(), ..lima() };
+        let brief = grammar.brief(&anatomy);
         assert!(grammar.verbs.iter().all(|verb| brief.contains(&format!("\n{}: ", verb.name))));
+        assert!(brief.ends_with(WITHOUT_HEAD));
+        anatomy = lima();
+        assert!(!grammar.brief(&anatomy).contains("# This robot"));
     }
 
     #[test]

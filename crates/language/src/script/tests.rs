@@ -618,14 +618,6 @@ fn what_is_repeated_and_likened_is_read() {
 }
 
 #[test]
-fn jumps_leave_the_ground_and_hops_in_place_need_a_leg() {
-    let grammar = Grammar::builtin().unwrap();
-    for (text, leaves) in [("jump twice", true), ("hop on the left foot", false), ("hop forward on one leg", true)] {
-        assert_eq!(read(text).leaves_the_ground(&grammar), leaves, "{text}");
-    }
-}
-
-#[test]
 fn counts_and_corrections_after_a_sentence_are_of_its_action() {
     for (text, expected) in [
         ("make a huge circle with your right arm. just one", "arm circles, right side, once, big"),

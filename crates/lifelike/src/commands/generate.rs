@@ -1,6 +1,5 @@
 //! `lifelike generate`: motion of a robot from a sentence.
 
-mod asked;
 mod live;
 mod made;
 mod maker;
@@ -8,6 +7,7 @@ mod path;
 mod play;
 mod pose;
 mod prompts;
+mod revised;
 mod softened;
 mod spoken;
 pub(super) mod verdict;
@@ -21,7 +21,7 @@ use lifelike_generation::generator::{Generator, SampleOptions};
 use lifelike_generation::text::familiarity::Familiarity;
 use lifelike_generation::text::prompt;
 use lifelike_language::grammar::{Grammar, Verb};
-use lifelike_language::script::Script;
+use lifelike_language::script::{Asked, Script};
 use lifelike_motion::clip::Provenance;
 use lifelike_robot::Robot;
 use serde_json::json;
@@ -29,6 +29,7 @@ use serde_json::json;
 use self::made::Made;
 use self::maker::{Kept, Maker, sort_by_realism};
 use self::play::{Played, Player};
+use self::revised::Reviser;
 use self::spoken::{PartReport, Speaker};
 use crate::commands::best_of::By;
 use crate::commands::motion::container_in;
@@ -41,6 +42,8 @@ use crate::shipped::{self, Kind};
 
 /// Other motions of a sentence that are tried where the first falls in physics.
 const REDRAWS: usize = 4;
+/// Shares of a posture's way that are tried where it falls in physics.
+const GENTLER: [f64; 2] = [0.75, 0.5];
 /// Strength of guidance where a critic is named and no strength.
 const STRENGTH: f64 = 0.02;
 
@@ -100,8 +103,12 @@ pub struct Args {
     pub live: bool,
     /// A command that reads sentences in the program's place, such as a language model: `ollama run qwen3`. It gets --brief and the
     /// sentence on its standard input, and writes a script. Also the variable LIFELIKE_READER.
-    #[arg(long, value_name = "COMMAND", conflicts_with_all = ["script", "as_is", "live"])]
+    #[arg(long, value_name = "COMMAND", conflicts_with_all = ["script", "as_is"])]
     pub reader: Option<String>,
+    /// Times that the command of --reader is asked again where the robot falls or a fact does not hold in physics. It is told
+    /// what was measured, and the better of the two motions stays.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub revise: usize,
     /// Print the text by which a language model, or a person, writes scripts: their form, examples and the verbs.
     #[arg(long)]
     pub brief: bool,
@@ -169,7 +176,7 @@ pub struct Args {
     #[arg(long, group = "tracked")]
     pub project: bool,
     /// The controller of --physics, --project and --by physics: a name or a file. By default it is the robot's own that comes
-    /// with the program, and for jumps the one that jumps.
+    /// with the program.
     #[arg(long)]
     pub policy: Option<PathBuf>,
     /// Folder of that page; beside the output where not given.
@@ -186,14 +193,14 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     if args.verbs {
         return verbs(&grammar, output);
     }
-    if args.brief {
-        let brief = grammar.brief();
-        return output.result(&json!({ "brief": brief }), || brief.clone());
-    }
     if args.live {
         return live::run(args, output);
     }
     let robot = Arc::new(Robot::load(&args.robot)?);
+    if args.brief {
+        let brief = grammar.brief(&robot.anatomy);
+        return output.result(&json!({ "brief": brief }), || brief.clone());
+    }
     let as_is = args.as_is || args.keep_legs.is_some() || args.keep_arms.is_some() || !args.pose.is_empty();
     let maker = match maker(args, &robot) {
         Ok(maker) => Some(maker),
@@ -210,7 +217,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         if args.path.is_some() && prompts.is_empty() {
             return Ok(Script::default());
         }
-        spoken::understand(&grammar, prompts, args)
+        spoken::understand(&grammar, &robot, prompts, args)
     });
     let mut scripts = scripts.collect::<Result<Vec<_>, _>>()?;
     if let (Some(path), Some(script)) = (&args.path, scripts.first_mut()) {
@@ -241,10 +248,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         let text = format!("--by critic: '{}' has no critic in assets/; name one with --critic", robot.name);
         return Err(CliError::Usage(text));
     }
-    let jumps = matches!(scripts.as_slice(), [script] if script.leaves_the_ground(&grammar));
-    let jumping = shipped::that_jumps(&robot).filter(|_| jumps && args.policy.is_none());
-    let policy = args.policy.clone().or(jumping.map(|network| PathBuf::from(network.stem())));
-    let player = tracked.then(|| Player::new(policy.as_deref(), &robot, &args.robot, &args.physics));
+    let player = tracked.then(|| Player::new(args.policy.as_deref(), &robot, &args.robot, &args.physics));
     let player = player.transpose()?;
     let mut made = Vec::with_capacity(jobs.len());
     let mut first_clip = None;
@@ -269,7 +273,7 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         let took = began.elapsed().as_secs_f64();
         let mut one = Made::write(prompts, candidates, file, args.keep_all, took, doubt)?;
         if let Some(script) = scripts.get(number) {
-            crate::output::write(&file.with_file_name(format!("{}.script.toml", made::stem(file))), script.to_toml()?)?;
+            crate::output::write(&made::script_file(file), script.to_toml()?)?;
             one.script = Some(script.clone());
         }
         if args.path.is_some() {
@@ -294,14 +298,26 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         let mut again = false;
         for number in fell {
             let (prompts, file) = &jobs[number];
-            let others = speaker.make(&scripts[number], prompts, maker.as_ref(), args.seed, 1 + REDRAWS)?;
-            let Some(standing) = player.standing(others, output)? else { continue };
+            let redrawn = |script: &Script| {
+                let others = speaker.make(script, prompts, maker.as_ref(), args.seed, 1 + REDRAWS)?;
+                player.standing(others, output)
+            };
+            let mut script = scripts[number].clone();
+            script.notes.push("drawn again: the first motion fell in physics".into());
+            let mut standing = redrawn(&script)?;
+            for share in GENTLER {
+                let Some(gentler) = scripts[number].gentler(share) else { break };
+                if standing.is_some() {
+                    break;
+                }
+                standing = redrawn(&gentler)?;
+                script = gentler;
+            }
+            let Some(standing) = standing else { continue };
             let took = made[number].sampling_seconds;
             let mut one = Made::write(prompts, vec![standing], file, args.keep_all, took, None)?;
-            one.script = made[number].script.take();
-            if let Some(script) = &mut one.script {
-                script.notes.push("drawn again: the first motion fell in physics".into());
-            }
+            crate::output::write(&made::script_file(file), script.to_toml()?)?;
+            one.script = Some(script);
             made[number] = one;
             again = true;
         }
@@ -309,14 +325,32 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
             played = Some(play(player, &made)?);
         }
     }
+    let mut speaker = speaker;
+    if let (Some(player), Some(first), Some(asked)) = (&player, &played, Asked::new(args.reader.as_deref())) {
+        let (grammar, robot, maker) = (&grammar, &robot, maker.as_ref());
+        let reviser = Reviser { asked, grammar, robot, player, maker, args, output };
+        let mut again = false;
+        for (number, (prompts, file)) in jobs.iter().enumerate() {
+            let Some(speaker) = speaker.as_ref().filter(|_| args.script.is_none()) else { break };
+            let seen = (&first.evaluation, number);
+            let Some(better) = reviser.better(speaker, (prompts, file), &made[number], seen)? else { continue };
+            scripts[number] = better.script.clone().unwrap_or_default();
+            made[number] = better;
+            again = true;
+        }
+        if again {
+            speaker = Some(Speaker::new(grammar, robot, &mut scripts, args.made_by)?);
+            played = Some(play(player, &made)?);
+        }
+    }
     let mut all_true = made.iter().flat_map(|one| &one.parts).all(PartReport::is_true);
     if let (Some(played), Some(speaker)) = (&mut played, &speaker) {
         for (one, rollout) in made.iter().zip(&played.evaluation.rollouts) {
             let clip = rollout.played(Provenance::default());
-            let (line, held) = speaker.in_physics(&one.parts, &clip)?;
+            let (line, untrue) = speaker.in_physics(&one.parts, &clip)?;
             played.lines.push(line);
             played.lines.extend(args.path.as_ref().map(|path| path.line(&clip, " in physics")));
-            all_true &= held && rollout.survived();
+            all_true &= untrue == 0 && rollout.survived();
         }
     }
     let value = json!({ "robot": robot.name, "motions": made, "familiarity": familiarity, "physics": played });
@@ -373,9 +407,7 @@ impl Played {
     fn next(&self, args: &Args, robot: &Robot, made: &[Made]) -> String {
         let Some(first) = made.first() else { return String::new() };
         let shipped = || shipped::name_of(robot).map_or_else(|| self.policy.clone(), PathBuf::from);
-        let jumping = shipped::that_jumps(robot).filter(|network| self.policy.ends_with(network.file));
-        let jumping = jumping.map(|network| PathBuf::from(network.stem()));
-        let policy = args.policy.clone().or(jumping).unwrap_or_else(shipped);
+        let policy = args.policy.clone().unwrap_or_else(shipped);
         let eval = NextCommand::new("eval").path("--policy", &policy).robot(&args.robot);
         let eval = eval.word("--motions").word(first.files[0].display()).word("--explain");
         format!("next: {}\n", eval.word("-o").word("runs/explained"))

@@ -345,3 +345,34 @@ fn one_command_makes_data_a_generator_and_its_test() {
     assert_eq!(other.status.code(), Some(2));
     assert!(String::from_utf8(other.stderr).unwrap().contains("other options"));
 }
+
+#[cfg(unix)]
+#[test]
+fn a_reader_is_asked_again_where_physics_fails_and_the_better_motion_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    // Four steps of lima do not go so far; the second answer is what it can do.
+    let far = r#"{"clause": [{"action": [{"verb": "walk", "count": 4, "metres": 4.0}]}]}"#;
+    let near = r#"{"clause": [{"action": [{"verb": "walk", "count": 4}]}]}"#;
+    let reader = format!(
+        "cat > asked.txt; if grep -q 'this was measured' asked.txt; then cp asked.txt again.txt; echo '{near}'; else echo '{far}'; fi"
+    );
+    let words =
+        ["generate", "walk far", "--made-by", "rules", "--physics", "--reader", &reader, "-o", "x.motion.safetensors"];
+    let made = json(at, &words);
+    let script = made["motions"][0]["script"].to_string();
+    assert!(!script.contains("metres") && script.contains("read again after physics"), "{script}");
+    let again = std::fs::read_to_string(at.join("again.txt")).unwrap();
+    assert!(again.contains("distance: expected 4 m") && again.contains("in physics: "), "{again}");
+    assert!(std::fs::read_to_string(at.join("x.script.toml")).unwrap().contains("count = 4"));
+    let once = json(at, &[&words[..], &["--revise", "0"]].concat());
+    assert!(once["motions"][0]["script"].to_string().contains("metres"));
+    // A worse second answer changes nothing.
+    let worse =
+        format!("cat > asked.txt; if grep -q 'this was measured' asked.txt; then echo nothing; else echo '{far}'; fi");
+    let kept = json(
+        at,
+        &["generate", "walk far", "--made-by", "rules", "--physics", "--reader", &worse, "-o", "y.motion.safetensors"],
+    );
+    assert!(kept["motions"][0]["script"].to_string().contains("metres"));
+}

@@ -29,6 +29,7 @@ struct Waiting {
 
 /// Reads sentences until the input ends, and ends when the robot has done the last of them.
 pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
+    lifelike_studio::read_by(args.reader.as_deref());
     let scene = Scene {
         robot: args.robot.clone(),
         policy: args.policy.as_ref().map(|policy| policy.display().to_string()),

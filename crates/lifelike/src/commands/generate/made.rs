@@ -125,6 +125,11 @@ pub fn stem(path: &Path) -> String {
     name.split_once('.').map_or(name.clone(), |(stem, _)| stem.to_string())
 }
 
+/// Returns the file of the script of a motion.
+pub fn script_file(path: &Path) -> PathBuf {
+    path.with_file_name(format!("{}.script.toml", stem(path)))
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]

@@ -75,11 +75,16 @@ impl<'a> Player<'a> {
         best_of::costs(&Job { loaded: &self.loaded, physics: self.physics }, &clips, output)
     }
 
-    /// Plays clips from their first frame to their end.
-    pub fn play(&self, clips: &[MotionClip], folder: &Path, output: &Output) -> Result<Played, CliError> {
+    /// Follows clips from their first frame to their end.
+    pub fn evaluation(&self, clips: &[MotionClip], output: &Output) -> Result<Evaluation, CliError> {
         let seconds = clips.iter().map(MotionClip::seconds).fold(0.0, f64::max);
         let options = EvaluationOptions { seconds, starts: 1, keep: clips.len(), ..EvaluationOptions::default() };
-        let evaluation = Job { loaded: &self.loaded, physics: self.physics }.run(clips, &options, output)?;
+        Job { loaded: &self.loaded, physics: self.physics }.run(clips, &options, output)
+    }
+
+    /// Plays clips from their first frame to their end, and writes the page.
+    pub fn play(&self, clips: &[MotionClip], folder: &Path, output: &Output) -> Result<Played, CliError> {
+        let evaluation = self.evaluation(clips, output)?;
         let robot = self.loaded.controller.robot();
         let title = match clips {
             [clip] => clip.provenance.captions.iter().map(|c| c.text.as_str()).collect::<Vec<_>>().join(", then "),
@@ -101,7 +106,7 @@ impl<'a> Player<'a> {
 }
 
 /// Returns what became of one episode.
-fn line(episode: &EpisodeScore, verdict: &Verdict) -> String {
+pub fn line(episode: &EpisodeScore, verdict: &Verdict) -> String {
     let error = format!("{verdict}; {:.1} s, joint error {:.1} deg", episode.planned_seconds, episode.joint_error_deg);
     match &episode.failure {
         None => format!("in physics: {error}"),

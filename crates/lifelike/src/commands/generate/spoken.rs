@@ -6,23 +6,20 @@ use lifelike_checkpoint::rng::stream;
 use lifelike_generation::representation::{FeatureMatrix, RepresentationSpec};
 use lifelike_language::checks::Finding;
 use lifelike_language::grammar::{FADE, Generator as Rules, Grammar, words};
-use lifelike_language::script::{Clause, Reader, Script};
+use lifelike_language::script::{Asked, Clause, Reader, Script};
 use lifelike_motion::edit::{Part, sequence, trim};
 use lifelike_motion::{Caption, MotionClip};
 use lifelike_robot::{Robot, clips};
 
+use super::Args;
 use super::maker::{Candidate, Maker};
 use super::verdict::Verdict;
-use super::{Args, asked};
 use crate::error::CliError;
 
 /// Motions that the network makes of a clause until one holds all facts, at least.
 const TRIES: usize = 4;
 /// Distance of the seeds of two candidates.
 const NEXT_SEED: u64 = 0xA24B_AED4_963E_E407;
-
-/// Variable that names the command of `--reader`.
-const READER: &str = "LIFELIKE_READER";
 
 /// Maker of clauses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -59,19 +56,27 @@ pub struct Speaker<'a> {
 }
 
 /// Reads the sentences of one motion, or the script of a file, and refuses what cannot be done.
-pub fn understand(grammar: &Grammar, prompts: &[String], args: &Args) -> Result<Script, CliError> {
+pub fn understand(grammar: &Grammar, robot: &Robot, prompts: &[String], args: &Args) -> Result<Script, CliError> {
     if let Some(file) = &args.script {
         return Ok(Script::read(file, grammar)?);
     }
     let reader = Reader::new(grammar)?;
-    let other = args.reader.clone().or_else(|| std::env::var(READER).ok().filter(|command| !command.is_empty()));
+    let asked = Asked::new(args.reader.as_deref());
     let mut script = Script::default();
     for prompt in prompts {
-        script.append(match &other {
-            Some(command) => asked::script(&reader, command, prompt)?,
+        script.append(match &asked {
+            Some(asked) => asked.script(&reader, &robot.anatomy, prompt)?,
             None => reader.read(prompt),
         });
     }
+    possible(&reader, script, prompts, args)
+}
+
+/// Returns the part of a script that can be done.
+///
+/// # Errors
+/// A script of which nothing can.
+pub fn possible(reader: &Reader<'_>, mut script: Script, prompts: &[String], args: &Args) -> Result<Script, CliError> {
     let text = prompts.join(" then ");
     script = if args.nearest { script.with_nearest() } else { script.with_the_rest() };
     if let Some(first) = script.impossible.first() {
@@ -230,8 +235,8 @@ impl<'a> Speaker<'a> {
         Ok(best.map(|(_, clip, findings)| (clip, findings)))
     }
 
-    /// Checks the facts again on what physics made of a motion; returns a line and whether all hold.
-    pub fn in_physics(&self, parts: &[PartReport], played: &MotionClip) -> Result<(String, bool), CliError> {
+    /// Checks the facts again on what physics made of a motion; returns a line and how many do not hold.
+    pub fn in_physics(&self, parts: &[PartReport], played: &MotionClip) -> Result<(String, usize), CliError> {
         let (mut held, mut all, mut untrue) = (0, 0, Vec::new());
         for part in parts {
             let end = part.range[1].min(played.seconds());
@@ -247,7 +252,7 @@ impl<'a> Speaker<'a> {
             untrue.extend(findings.iter().filter(|f| !f.passed).map(|f| format!("{}: {}", part.clause, said(f))));
         }
         let rest = if untrue.is_empty() { String::new() } else { format!("; {}", untrue.join("; ")) };
-        Ok((format!("in physics: {held} of {all} facts hold{rest}"), untrue.is_empty()))
+        Ok((format!("in physics: {held} of {all} facts hold{rest}"), untrue.len()))
     }
 }
 

@@ -1,0 +1,129 @@
+//! Scripts that a reader makes better after it was told what physics made of them.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use lifelike_evaluation::{Evaluation, Verdict};
+use lifelike_language::grammar::Grammar;
+use lifelike_language::script::{Asked, Reader, Script};
+use lifelike_motion::clip::Provenance;
+use lifelike_robot::Robot;
+
+use super::Args;
+use super::made::{self, Made};
+use super::maker::{Candidate, Maker};
+use super::play::{self, Player};
+use super::spoken::{PartReport, Speaker, possible};
+use crate::error::CliError;
+use crate::output::Output;
+
+/// A reader that is asked again, and what it takes to do its script.
+pub struct Reviser<'a> {
+    /// The reader.
+    pub asked: Asked,
+    /// The grammar.
+    pub grammar: &'a Grammar,
+    /// The robot.
+    pub robot: &'a Arc<Robot>,
+    /// Its policy in physics.
+    pub player: &'a Player<'a>,
+    /// The networks, where there are some.
+    pub maker: Option<&'a Maker>,
+    /// Arguments of the command.
+    pub args: &'a Args,
+    /// Place of progress and warnings.
+    pub output: &'a Output,
+}
+
+/// Outcome of one motion in physics.
+struct Outcome {
+    fell: bool,
+    untrue: usize,
+    lines: String,
+}
+
+impl Outcome {
+    /// Returns the outcome of a motion with this number.
+    fn new(
+        speaker: &Speaker<'_>,
+        parts: &[PartReport],
+        evaluation: &Evaluation,
+        number: usize,
+    ) -> Result<Self, CliError> {
+        let (episode, rollout) = (&evaluation.episodes[number], &evaluation.rollouts[number]);
+        let (facts, untrue) = speaker.in_physics(parts, &rollout.played(Provenance::default()))?;
+        let planned: String = parts.iter().enumerate().map(|(i, part)| part.line(i + 1)).collect();
+        let lines = format!("{planned}{}\n{facts}\n", play::line(episode, &Verdict::of(&[episode])));
+        Ok(Self { fell: episode.failure.is_some(), untrue, lines })
+    }
+
+    /// Returns its order: falls first count, then untrue facts.
+    fn worth(&self) -> (bool, usize) {
+        (self.fell, self.untrue)
+    }
+}
+
+impl Reviser<'_> {
+    /// Returns a better motion of a sentence, where something of the first failed in physics and the reader finds a script that
+    /// does it better. Mistakes of the reader are told and change nothing.
+    pub fn better(
+        &self,
+        speaker: &Speaker<'_>,
+        (prompts, file): (&[String], &Path),
+        first: &Made,
+        (evaluation, number): (&Evaluation, usize),
+    ) -> Result<Option<Made>, CliError> {
+        let ([sentence], Some(mut script)) = (prompts, first.script.clone()) else { return Ok(None) };
+        let reader = Reader::new(self.grammar)?;
+        let mut outcome = Outcome::new(speaker, &first.parts, evaluation, number)?;
+        let mut best = None;
+        for _ in 0..self.args.revise {
+            if outcome.worth() == (false, 0) {
+                break;
+            }
+            let next = match self.asked.better(&reader, &self.robot.anatomy, sentence, (&script, &outcome.lines)) {
+                Ok(next) => possible(&reader, next, prompts, self.args),
+                Err(error) => Err(error.into()),
+            };
+            let next = match next {
+                Ok(next) if next.clauses != script.clauses => next,
+                Ok(_) => break,
+                Err(error) => {
+                    tracing::warn!("asked again: {error}");
+                    break;
+                }
+            };
+            let Some((next, candidates, after)) = self.made(next, prompts)? else { break };
+            if after.worth() >= outcome.worth() {
+                break;
+            }
+            let took = first.sampling_seconds;
+            let mut made = Made::write(prompts, candidates, file, self.args.keep_all, took, None)?;
+            crate::output::write(&made::script_file(file), next.to_toml()?)?;
+            made.script = Some(next.clone());
+            (script, best, outcome) = (next, Some(made), after);
+        }
+        Ok(best)
+    }
+
+    /// Makes the motion of a script and follows it in physics; nothing where the robot cannot do it.
+    fn made(&self, script: Script, prompts: &[String]) -> Result<Option<(Script, Vec<Candidate>, Outcome)>, CliError> {
+        let mut scripts = [script];
+        let speaker = match Speaker::new(self.grammar, self.robot, &mut scripts, self.args.made_by) {
+            Ok(speaker) => speaker,
+            Err(error) => {
+                tracing::warn!("asked again: {error}");
+                return Ok(None);
+            }
+        };
+        let [mut script] = scripts;
+        let count = self.args.best_of.unwrap_or(self.args.candidates);
+        let candidates = speaker.make(&script, prompts, self.maker, self.args.seed, count)?;
+        let clips: Vec<_> = candidates.iter().take(1).map(|one| one.clip.clone()).collect();
+        let evaluation = self.player.evaluation(&clips, self.output)?;
+        let parts = candidates.first().map(|one| one.parts.clone()).unwrap_or_default();
+        let outcome = Outcome::new(&speaker, &parts, &evaluation, 0)?;
+        script.notes.push("read again after physics: less of the first script was done".into());
+        Ok(Some((script, candidates, outcome)))
+    }
+}
