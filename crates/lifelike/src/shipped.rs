@@ -79,8 +79,6 @@ static ALL: &[Shipped] = &[
     shipped!("toddlerbot", Controller, "toddlerbot_active.controller.safetensors", None),
     // With a robot's own sensors, for `lifelike run`.
     shipped!("lima", Controller, "lima-blind.controller.safetensors", None),
-    // For sentences with jumps.
-    shipped!("lima", Controller, "lima-jump.controller.safetensors", None),
     shipped!("lima", Generator, "lima.generator.safetensors", None),
     shipped!("g1", Generator, "g1.generator.safetensors", None),
     shipped!("lima", Critic, "lima.critic.safetensors", None),
@@ -188,12 +186,6 @@ pub fn name_of(robot: &Robot) -> Option<&'static str> {
 /// Returns the network of this kind for a robot, by its joints.
 pub fn of_robot(robot: &Robot, kind: Kind) -> Option<&'static Shipped> {
     name_of(robot).and_then(|name| named(Path::new(name), kind))
-}
-
-/// Returns the robot's controller that leaves the ground, where one comes with the program: `lima-jump`.
-pub fn that_jumps(robot: &Robot) -> Option<&'static Shipped> {
-    let name = format!("{}-jump", name_of(robot)?);
-    named(Path::new(&name), Kind::Controller)
 }
 
 /// Returns whether a controller for the robot comes with the program.
