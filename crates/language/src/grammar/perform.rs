@@ -38,6 +38,8 @@ const MORE_EMPHASIS: f64 = 1.2;
 /// Factor of the same where the robot's legs cannot do it.
 pub(super) const LESS_EMPHASIS: f64 = 0.88;
 const MOST_EMPHASIS: f64 = 1.5;
+/// Low poses on whose way a gesture is done: a punch lands with the foot.
+const ON_THE_WAY: [&str; 4] = ["lunge", "lunge_side", "lunge_back", "curtsy"];
 /// Shortest stillness of arms that is a pose to be kept (s), and the time they take to get there and back.
 const KEPT: f64 = 0.6;
 pub(super) const ARMS_UP: f64 = 1.0;
@@ -365,7 +367,7 @@ impl Generator<'_> {
                 trim(&arms, Some(0.3), Some(arms.seconds() - 0.2))?
             }
         };
-        let low = self.low_pose(legs)?;
+        let low = self.low_pose(legs)? && !ON_THE_WAY.contains(&legs.verb.as_str());
         let (arms, legs_clip) = match low {
             true => (arms, legs_clip),
             false => self.kept(verb, arms, &legs.verb, legs_clip, seconds)?,

@@ -533,7 +533,7 @@ mod tests {
         let up: Vec<usize> = (0..tracks.len()).filter(|frame| out(*frame)).collect();
         assert!(up.len() as f64 > 2.0 * tracks.fps, "{}", up.len());
         assert!(up.iter().all(|frame| (first..last).contains(frame)), "{first} to {last}, {up:?}");
-        // One posture alone is held during it as before; a verb that does not stay down takes only one.
+        // A verb that does not stay down takes only one posture.
         let script = Script { clauses: vec![clause.clone()], ..Script::default() };
         let grammar = Grammar::builtin().unwrap();
         assert!(script.check(&grammar).is_ok());

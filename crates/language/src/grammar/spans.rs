@@ -56,7 +56,7 @@ pub(super) fn stillest(clip: &MotionClip) -> Option<usize> {
     middle.min_by(|a, b| change(clip, *a).total_cmp(&change(clip, *b)))
 }
 
-/// Returns when a clip has reached the pose at its middle (s).
+/// Returns when a clip has all but reached the pose at its middle (s): from there no joint is faster than [`STILL`].
 pub(super) fn reached(clip: &MotionClip) -> f64 {
     let Some(at) = stillest(clip) else { return 0.0 };
     let before = (0..at).rev().take_while(|t| change(clip, *t) * clip.fps < STILL).count();

@@ -10,7 +10,7 @@ use super::{Reader, Script};
 use crate::error::LanguageError;
 
 /// Variable that names the command by which sentences are read.
-pub const READER: &str = "LIFELIKE_READER";
+const READER: &str = "LIFELIKE_READER";
 /// Times that a program is asked for a sentence: the second time with what was wrong.
 const TIMES: usize = 2;
 /// Most letters of an answer in a message.
@@ -23,7 +23,7 @@ pub struct Asked {
 }
 
 impl Asked {
-    /// Returns the command of a name, or that of the variable [`READER`].
+    /// Returns the command of a name, or that of the variable `LIFELIKE_READER`.
     pub fn new(command: Option<&str>) -> Option<Self> {
         let command = command.map(str::to_owned).or_else(|| std::env::var(READER).ok());
         command.filter(|command| !command.is_empty()).map(|command| Self { command })

@@ -57,8 +57,9 @@ impl Reader<'_> {
         if let Some(at) = words.iter().position(is_main).filter(|_| opens && !words.iter().any(|word| word == ",")) {
             words.insert(at, ",".into());
         }
-        // "Walk backwards shaking your head".
-        const OBJECTS: [&str; 11] = ["a", "an", "your", "the", "his", "her", "both", "left", "right", "one", "its"];
+        // "Walk backwards shaking your head", "walk forward waving with the left hand".
+        const OBJECTS: [&str; 12] =
+            ["a", "an", "your", "the", "his", "her", "both", "left", "right", "one", "its", "with"];
         const WAYS: [&str; 15] = [
             "forward",
             "forwards",

@@ -38,7 +38,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-pub use asked::{Asked, READER};
+pub use asked::Asked;
 pub use learned::{ReaderPlan, ReaderScore, train_reader};
 pub use reader::Reader;
 pub use reading::Reading;

@@ -603,6 +603,7 @@ fn what_is_repeated_and_likened_is_read() {
         ("squat, clap, repeat it once", "squat, once; then clap, both side; then squat, once; then clap, both side"),
         ("clap clap clap", "clap, both side, 3 times"),
         ("sway and flap your arms", "flap, both side while: sway"),
+        ("walk forward waving with your left hand", "wave, left side while: walk, forward"),
         ("hands on your hips and sway side to side", "hands on hips, both side while: sway"),
         (
             "go forward, go back, then left, then right",

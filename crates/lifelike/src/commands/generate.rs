@@ -331,7 +331,8 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
         let reviser = Reviser { asked, grammar, robot, player, maker, args, output };
         let mut again = false;
         for (number, (prompts, file)) in jobs.iter().enumerate() {
-            let Some(speaker) = speaker.as_ref().filter(|_| args.script.is_none()) else { break };
+            let is_read = args.script.is_none() && args.path.is_none();
+            let Some(speaker) = speaker.as_ref().filter(|_| is_read) else { break };
             let seen = (&first.evaluation, number);
             let Some(better) = reviser.better(speaker, (prompts, file), &made[number], seen)? else { continue };
             scripts[number] = better.script.clone().unwrap_or_default();

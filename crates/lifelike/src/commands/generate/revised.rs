@@ -74,8 +74,8 @@ impl Reviser<'_> {
         (evaluation, number): (&Evaluation, usize),
     ) -> Result<Option<Made>, CliError> {
         let ([sentence], Some(mut script)) = (prompts, first.script.clone()) else { return Ok(None) };
-        let reader = Reader::new(self.grammar)?;
         let mut outcome = Outcome::new(speaker, &first.parts, evaluation, number)?;
+        let reader = Reader::new(self.grammar)?;
         let mut best = None;
         for _ in 0..self.args.revise {
             if outcome.worth() == (false, 0) {
@@ -109,16 +109,20 @@ impl Reviser<'_> {
     /// Makes the motion of a script and follows it in physics; nothing where the robot cannot do it.
     fn made(&self, script: Script, prompts: &[String]) -> Result<Option<(Script, Vec<Candidate>, Outcome)>, CliError> {
         let mut scripts = [script];
-        let speaker = match Speaker::new(self.grammar, self.robot, &mut scripts, self.args.made_by) {
-            Ok(speaker) => speaker,
+        let count = self.args.best_of.unwrap_or(self.args.candidates);
+        let speaker = Speaker::new(self.grammar, self.robot, &mut scripts, self.args.made_by);
+        let [mut script] = scripts;
+        let made = speaker.and_then(|speaker| {
+            let candidates = speaker.make(&script, prompts, self.maker, self.args.seed, count)?;
+            Ok((speaker, candidates))
+        });
+        let (speaker, candidates) = match made {
+            Ok(made) => made,
             Err(error) => {
                 tracing::warn!("asked again: {error}");
                 return Ok(None);
             }
         };
-        let [mut script] = scripts;
-        let count = self.args.best_of.unwrap_or(self.args.candidates);
-        let candidates = speaker.make(&script, prompts, self.maker, self.args.seed, count)?;
         let clips: Vec<_> = candidates.iter().take(1).map(|one| one.clip.clone()).collect();
         let evaluation = self.player.evaluation(&clips, self.output)?;
         let parts = candidates.first().map(|one| one.parts.clone()).unwrap_or_default();
