@@ -543,6 +543,16 @@ mod tests {
     }
 
     #[test]
+    fn a_hand_that_cannot_reach_leaves_the_body_where_it_stands() {
+        let across = Some(Arm { raise: 62.0, aside: -24.0, turn: 40.0, elbow: 95.0 });
+        let shoulder = Posture { right_arm: across, touches: Some(Touch::Shoulder), hold: 2.0, ..Posture::default() };
+        let (_, tracks, _) = made(&[shoulder]);
+        let moved = tracks.root.iter().map(|at| (at - tracks.root[0]).norm()).fold(0.0, f64::max);
+        let turned = tracks.yaw.iter().map(|at| (at - tracks.yaw[0]).abs()).fold(0.0, f64::max);
+        assert!(moved < 0.02 * tracks.leg && turned.to_degrees() < 2.0, "{moved}, {turned}");
+    }
+
+    #[test]
     fn each_hand_touches_its_own_place() {
         let belly = Some(Arm { raise: 14.0, aside: -14.0, turn: 62.0, elbow: 88.0 });
         let crown = Some(Arm { raise: 180.0, aside: 3.0, turn: 101.0, elbow: 57.0 });
