@@ -9,6 +9,8 @@ pub mod checks;
 pub mod dataset;
 pub mod error;
 pub mod facts;
+#[cfg(test)]
+mod fixtures;
 pub mod grammar;
 pub mod humanml3d;
 mod mirror_caption;

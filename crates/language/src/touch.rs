@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use lifelike_character::anatomy::Place;
 use lifelike_character::{Anatomy, Character, Geom, GeomShape, Kinematics, Role, Vec3};
 use lifelike_motion::MotionClip;
-use lifelike_motion::edit::{Key, Target, joints_of, place};
+use lifelike_motion::edit::{Compose, Key, Length, Target, compose, joints_of, place};
 use lifelike_motion::retarget::RetargetOptions;
 use serde::{Deserialize, Serialize};
 
@@ -301,24 +301,16 @@ impl Touching {
             return Ok(clip.clone());
         }
         let (placed, _) = place(clip, character, anatomy, &keys, options)?;
-        if reach.is_still {
-            let arms = joints_of(character, anatomy, &["arms".into()])?;
-            return Ok(with_joints(clip, &placed, &arms));
-        }
-        Ok(MotionClip { provenance: clip.provenance.clone(), ..placed })
+        let placed = match reach.is_still {
+            false => placed,
+            // The arms alone: what else moved to reach farther stays where it was.
+            true => {
+                let joints = joints_of(character, anatomy, &["arms".into()])?;
+                compose(clip, &placed, &Compose { joints, offset: 0.0, length: Length::Return, fade: 0.0 })?
+            }
+        };
+        Ok(MotionClip { name: clip.name.clone(), provenance: clip.provenance.clone(), ..placed })
     }
-}
-
-/// Returns a clip with some joints of another one that is as long.
-fn with_joints(clip: &MotionClip, other: &MotionClip, names: &[String]) -> MotionClip {
-    let width = clip.joint_names.len();
-    let mut out = clip.clone();
-    for (column, _) in clip.joint_names.iter().enumerate().filter(|(_, name)| names.contains(name)) {
-        for (own, new) in out.joints.iter_mut().zip(&other.joints).skip(column).step_by(width) {
-            *own = *new;
-        }
-    }
-    out
 }
 
 /// Returns how far the root of a clip is from that of another at most (m).

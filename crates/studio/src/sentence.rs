@@ -41,18 +41,20 @@ fn language() -> Result<(&'static Grammar, &'static Reader<'static>), LanguageEr
     Ok((grammar, reader))
 }
 
-/// Returns the script of a sentence: by another program where one was named, which is asked once for every sentence.
+/// Returns the script of a sentence: by another program where one was named, which is asked once for every
+/// robot and sentence.
 fn script(reader: &Reader<'_>, robot: &Robot, sentence: &str) -> Result<Script, LanguageError> {
-    static ANSWERS: Mutex<BTreeMap<String, Script>> = Mutex::new(BTreeMap::new());
+    static ANSWERS: Mutex<BTreeMap<(String, String), Script>> = Mutex::new(BTreeMap::new());
     let Some(asked) = OTHER.get().cloned().flatten().or_else(|| Asked::new(None)) else {
         return Ok(reader.read(sentence));
     };
-    let known = ANSWERS.lock().unwrap_or_else(PoisonError::into_inner).get(sentence).cloned();
+    let key = (robot.name.clone(), sentence.to_owned());
+    let known = ANSWERS.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
     if let Some(known) = known {
         return Ok(known);
     }
     let script = asked.script(reader, &robot.anatomy, sentence)?;
-    ANSWERS.lock().unwrap_or_else(PoisonError::into_inner).insert(sentence.to_owned(), script.clone());
+    ANSWERS.lock().unwrap_or_else(PoisonError::into_inner).insert(key, script.clone());
     Ok(script)
 }
 

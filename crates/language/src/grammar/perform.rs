@@ -519,19 +519,16 @@ fn is_mirrored(verb: &Verb, action: &Action) -> bool {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use lifelike_character::anatomy::Overrides;
-    use lifelike_character::{Anatomy, Character};
     use lifelike_motion::retarget::RetargetOptions;
 
     use super::*;
+    use crate::fixtures;
     use crate::grammar::Grammar;
     use crate::script::Reader;
 
     #[test]
     fn what_is_counted_and_measured_is_exact() {
-        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/lima.xml");
-        let lima = Character::from_mjcf(&std::fs::read_to_string(file).unwrap(), "lima.xml", None).unwrap();
-        let anatomy = Anatomy::guess(&lima, &Overrides::new()).unwrap();
+        let (lima, anatomy) = fixtures::lima();
         let grammar = Grammar::builtin().unwrap();
         let generator = Generator::new(&grammar, &lima, &anatomy, RetargetOptions::default()).unwrap();
         let reader = Reader::new(&grammar).unwrap();
@@ -589,7 +586,7 @@ mod tests {
                 }
             }
         }
-        // Steps that are counted are as long as the way asks for; what legs cannot make is told.
+        // Steps that are counted are as long as the way asks for; what legs cannot make is named.
         for (metres, is_far) in [(0.25, true), (0.7, true), (6.0, false)] {
             let aside = Action { count: Some(4), metres: Some(metres), ..Action::of("walk_sideways") };
             let made = generator.perform(&Clause::new(vec![aside]), 1, 0).unwrap();
@@ -621,9 +618,7 @@ mod tests {
     fn hands_touch_what_their_verbs_say() {
         // Its arms are too short for both shoulders, and for the toes it would sit down on its heels.
         const OUT_OF_REACH: [&str; 3] = ["touch_shoulder", "touch_shoulders", "touch_toes"];
-        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/lima.xml");
-        let lima = Character::from_mjcf(&std::fs::read_to_string(file).unwrap(), "lima.xml", None).unwrap();
-        let anatomy = Anatomy::guess(&lima, &Overrides::new()).unwrap();
+        let (lima, anatomy) = fixtures::lima();
         let grammar = Grammar::builtin().unwrap();
         let touching: Vec<&Verb> = grammar.verbs.iter().filter(|verb| verb.touches.is_some()).collect();
         let names: Vec<&str> = touching.iter().map(|verb| verb.name.as_str()).collect();

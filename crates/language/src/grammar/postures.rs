@@ -427,11 +427,10 @@ impl Generator<'_> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use lifelike_character::anatomy::Overrides;
-    use lifelike_character::{Anatomy, Character};
     use lifelike_motion::retarget::RetargetOptions;
 
     use super::*;
+    use crate::fixtures;
     use crate::grammar::Grammar;
     use crate::grammar::spans::rise_of;
     use crate::script::{Clause, Script};
@@ -442,9 +441,7 @@ mod tests {
     }
 
     fn made_of(clause: &Clause) -> (MotionClip, Tracks, Vec<Finding>) {
-        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/lima.xml");
-        let lima = Character::from_mjcf(&std::fs::read_to_string(file).unwrap(), "lima.xml", None).unwrap();
-        let anatomy = Anatomy::guess(&lima, &Overrides::new()).unwrap();
+        let (lima, anatomy) = fixtures::lima();
         let grammar = Grammar::builtin().unwrap();
         let options = RetargetOptions::default();
         let generator = Generator::of_verbs(&grammar, &lima, &anatomy, options, &["stand", "squat", "kneel"]).unwrap();

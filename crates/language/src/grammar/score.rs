@@ -590,10 +590,10 @@ mod tests {
                     [[pose]]\ntime = 3.0\npelvis = { z = 0 }\nleft_arm = { raise = 100 }";
         let mut score = Score::parse("x", text).unwrap();
         score.larger(1.5, Some(&Cycle { from: 0.5, period: 3.0, count: 1 }));
-        let of = |part: &str, axis: &str| score.keys[&(part.to_string(), axis.to_string())].clone();
-        let depths: Vec<f64> = of("pelvis", "z").iter().map(|key| (100.0 * key.1).round()).collect();
+        let keys_of = |part: &str, axis: &str| score.keys[&(part.to_string(), axis.to_string())].clone();
+        let depths: Vec<f64> = keys_of("pelvis", "z").iter().map(|key| (100.0 * key.1).round()).collect();
         assert_eq!(depths, [-30.0, 0.0]);
-        let lifts: Vec<f64> = of("left_arm", "raise").iter().map(|key| key.1).collect();
+        let lifts: Vec<f64> = keys_of("left_arm", "raise").iter().map(|key| key.1).collect();
         assert_eq!(lifts, [162.5, 87.5], "around the mean of a cycle that does not return");
         let mut score = Score::parse("x", text).unwrap();
         score.larger(1.5, None);

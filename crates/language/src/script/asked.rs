@@ -117,19 +117,15 @@ fn shell(command: &str) -> Command {
 #[cfg(all(test, unix))]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use lifelike_character::Character;
-    use lifelike_character::anatomy::Overrides;
-
     use super::*;
+    use crate::fixtures;
     use crate::grammar::Grammar;
 
     #[test]
     fn a_program_answers_with_a_script() {
         let grammar = Grammar::builtin().unwrap();
         let reader = Reader::new(&grammar).unwrap();
-        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/lima.xml");
-        let lima = Character::from_mjcf(&std::fs::read_to_string(file).unwrap(), "lima.xml", None).unwrap();
-        let anatomy = Anatomy::guess(&lima, &Overrides::new()).unwrap();
+        let (_, anatomy) = fixtures::lima();
         let asked = |command: &str| Asked::new(Some(command)).unwrap();
         let say = r#"echo '{"clause": [{"action": [{"verb": "bow", "count": 2}]}]}'"#;
         let twice = asked(say).script(&reader, &anatomy, "bow twice").unwrap();
@@ -147,7 +143,7 @@ mod tests {
         assert_eq!(text.matches("# The sentence\n\nbow twice").count(), 2);
         assert_eq!(text.matches("Answer again").count(), 1);
         assert!(text.contains("walk_backward: feet"));
-        // What failed is told with the script that failed.
+        // The script that failed and what was measured stand in the question.
         bad.better(&reader, &anatomy, "bow twice", (&twice, "in physics: falls at 2 s")).unwrap_err();
         let text = std::fs::read_to_string(file).unwrap();
         assert!(text.contains("\"times\":2") && text.contains("falls at 2 s\nIf another script"), "{}", text.len());

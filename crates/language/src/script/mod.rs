@@ -206,12 +206,10 @@ impl Script {
     pub fn gentler(&self, share: f64) -> Option<Self> {
         let moves = |posture: &Posture| posture.trunk.is_some() || !posture.leaves_feet();
         let mut out = self.clone();
-        let mut all =
-            out.clauses.iter_mut().filter(|clause| clause.is_only_postures()).flat_map(|one| &mut one.postures);
         let mut changed = false;
-        for posture in all.by_ref() {
-            changed |= moves(posture);
-            *posture = posture.gentler(share);
+        for clause in out.clauses.iter_mut().filter(|clause| clause.is_only_postures()) {
+            changed |= clause.postures.iter().any(moves);
+            clause.postures = clause.postures.iter().map(|posture| posture.gentler(share)).collect();
         }
         out.notes.push(format!(
             "postures are {:.0}% of what was asked for: at full size they fell in physics",

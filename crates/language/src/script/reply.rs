@@ -15,7 +15,7 @@ use crate::grammar::{Acts, Grammar, Synth, Verb};
 
 const BRIEF: &str = include_str!("brief.md");
 /// Part of the brief for a robot whose head does not turn.
-const WITHOUT_HEAD: &str = "
+const STIFF_NECK: &str = "
 # This robot
 
 Its head does not turn or nod, so a posture has no `head`. Looks to the side are turns of the trunk, or of the body by steps where they last.
@@ -36,7 +36,7 @@ impl Grammar {
             let _ = writeln!(text, "{}: {}{given}: {}", verb.name, part(verb.acts), phrases.join(", "));
         }
         if !anatomy.places.contains_key(&Role::Head) {
-            text += WITHOUT_HEAD;
+            text += STIFF_NECK;
         }
         text
     }
@@ -131,16 +131,8 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use std::collections::BTreeMap;
 
-    use lifelike_character::Character;
-    use lifelike_character::anatomy::Overrides;
-
     use super::*;
-
-    fn lima() -> Anatomy {
-        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/lima.xml");
-        let lima = Character::from_mjcf(&std::fs::read_to_string(file).unwrap(), "lima.xml", None).unwrap();
-        Anatomy::guess(&lima, &Overrides::new()).unwrap()
-    }
+    use crate::fixtures;
 
     #[test]
     fn examples_of_the_brief_are_scripts() {
@@ -155,12 +147,11 @@ mod tests {
         );
         assert_eq!(read.len(), 4);
         assert_eq!(reader.reply(examples[3]).unwrap().impossible.len(), 1);
-        let mut anatomy = Anatomy { places: BTreeMap::new(), ..lima() };
-        let brief = grammar.brief(&anatomy);
+        let (_, lima) = fixtures::lima();
+        assert!(!grammar.brief(&lima).contains("# This robot"));
+        let brief = grammar.brief(&Anatomy { places: BTreeMap::new(), ..lima });
         assert!(grammar.verbs.iter().all(|verb| brief.contains(&format!("\n{}: ", verb.name))));
-        assert!(brief.ends_with(WITHOUT_HEAD));
-        anatomy = lima();
-        assert!(!grammar.brief(&anatomy).contains("# This robot"));
+        assert!(brief.ends_with(STIFF_NECK));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! `lifelike generate`: motion of a robot from a sentence.
 
+mod again;
 mod live;
 mod made;
 mod maker;
@@ -7,7 +8,6 @@ mod path;
 mod play;
 mod pose;
 mod prompts;
-mod revised;
 mod softened;
 mod spoken;
 pub(super) mod verdict;
@@ -21,15 +21,15 @@ use lifelike_generation::generator::{Generator, SampleOptions};
 use lifelike_generation::text::familiarity::Familiarity;
 use lifelike_generation::text::prompt;
 use lifelike_language::grammar::{Grammar, Verb};
-use lifelike_language::script::{Asked, Script};
+use lifelike_language::script::Script;
 use lifelike_motion::clip::Provenance;
 use lifelike_robot::Robot;
 use serde_json::json;
 
+use self::again::Again;
 use self::made::Made;
 use self::maker::{Kept, Maker, sort_by_realism};
 use self::play::{Played, Player};
-use self::revised::Reviser;
 use self::spoken::{PartReport, Speaker};
 use crate::commands::best_of::By;
 use crate::commands::motion::container_in;
@@ -40,10 +40,6 @@ use crate::next::NextCommand;
 use crate::output::Output;
 use crate::shipped::{self, Kind};
 
-/// Other motions of a sentence that are tried where the first falls in physics.
-const REDRAWS: usize = 4;
-/// Shares of a posture's way that are tried where it falls in physics.
-const GENTLER: [f64; 2] = [0.75, 0.5];
 /// Strength of guidance where a critic is named and no strength.
 const STRENGTH: f64 = 0.02;
 
@@ -105,7 +101,7 @@ pub struct Args {
     /// sentence on its standard input, and writes a script. Also the variable LIFELIKE_READER.
     #[arg(long, value_name = "COMMAND", conflicts_with_all = ["script", "as_is"])]
     pub reader: Option<String>,
-    /// Times that the command of --reader is asked again where the robot falls or a fact does not hold in physics. It is told
+    /// Times that the command of --reader is asked again where the robot falls or a fact does not hold in physics. It gets
     /// what was measured, and the better of the two motions stays.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub revise: usize,
@@ -293,54 +289,18 @@ pub fn run(args: &Args, output: &Output) -> Result<(), CliError> {
     };
     let player = player.filter(|_| args.play);
     let mut played = player.as_ref().map(|player| play(player, &made)).transpose()?;
-    if let (Some(player), Some(speaker), Some(first)) = (&player, &speaker, &played) {
-        let fell: Vec<usize> = (0..made.len()).filter(|i| first.fell(*i)).collect();
-        let mut again = false;
-        for number in fell {
-            let (prompts, file) = &jobs[number];
-            let redrawn = |script: &Script| {
-                let others = speaker.make(script, prompts, maker.as_ref(), args.seed, 1 + REDRAWS)?;
-                player.standing(others, output)
-            };
-            let mut script = scripts[number].clone();
-            script.notes.push("drawn again: the first motion fell in physics".into());
-            let mut standing = redrawn(&script)?;
-            for share in GENTLER {
-                let Some(gentler) = scripts[number].gentler(share) else { break };
-                if standing.is_some() {
-                    break;
-                }
-                standing = redrawn(&gentler)?;
-                script = gentler;
-            }
-            let Some(standing) = standing else { continue };
-            let took = made[number].sampling_seconds;
-            let mut one = Made::write(prompts, vec![standing], file, args.keep_all, took, None)?;
-            crate::output::write(&made::script_file(file), script.to_toml()?)?;
-            one.script = Some(script);
-            made[number] = one;
-            again = true;
-        }
-        if again {
+    let mut speaker = speaker;
+    if let (Some(player), Some(own), Some(first)) = (&player, &speaker, &played) {
+        let again = Again { grammar: &grammar, robot: &robot, player, maker: maker.as_ref(), args, output };
+        let fell: Vec<usize> = (0..made.len()).filter(|number| first.fell(*number)).collect();
+        if again.drawn(own, &jobs, &scripts, &mut made, &fell)? {
             played = Some(play(player, &made)?);
         }
-    }
-    let mut speaker = speaker;
-    if let (Some(player), Some(first), Some(asked)) = (&player, &played, Asked::new(args.reader.as_deref())) {
-        let (grammar, robot, maker) = (&grammar, &robot, maker.as_ref());
-        let reviser = Reviser { asked, grammar, robot, player, maker, args, output };
-        let mut again = false;
-        for (number, (prompts, file)) in jobs.iter().enumerate() {
-            let is_read = args.script.is_none() && args.path.is_none();
-            let Some(speaker) = speaker.as_ref().filter(|_| is_read) else { break };
-            let seen = (&first.evaluation, number);
-            let Some(better) = reviser.better(speaker, (prompts, file), &made[number], seen)? else { continue };
-            scripts[number] = better.script.clone().unwrap_or_default();
-            made[number] = better;
-            again = true;
-        }
-        if again {
-            speaker = Some(Speaker::new(grammar, robot, &mut scripts, args.made_by)?);
+        let seen = played.as_ref().map(|played| &played.evaluation);
+        if let Some(seen) = seen.filter(|_| args.script.is_none() && args.path.is_none())
+            && again.read(own, &jobs, &mut scripts, &mut made, seen)?
+        {
+            speaker = Some(Speaker::new(&grammar, &robot, &mut scripts, args.made_by)?);
             played = Some(play(player, &made)?);
         }
     }

@@ -1,6 +1,6 @@
-//! Scripts that a reader makes better after it was told what physics made of them.
+//! Motions that are made again: those that fell, and scripts that a reader makes better by what physics made of them.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use lifelike_evaluation::{Evaluation, Verdict};
@@ -17,10 +17,13 @@ use super::spoken::{PartReport, Speaker, possible};
 use crate::error::CliError;
 use crate::output::Output;
 
-/// A reader that is asked again, and what it takes to do its script.
-pub struct Reviser<'a> {
-    /// The reader.
-    pub asked: Asked,
+/// Other motions of a sentence that are tried where the first falls in physics.
+const REDRAWS: usize = 4;
+/// Shares of a posture's way that are tried where it falls in physics.
+const GENTLER: [f64; 2] = [0.75, 0.5];
+
+/// The means to make a motion again.
+pub struct Again<'a> {
     /// The grammar.
     pub grammar: &'a Grammar,
     /// The robot.
@@ -63,11 +66,77 @@ impl Outcome {
     }
 }
 
-impl Reviser<'_> {
-    /// Returns a better motion of a sentence, where something of the first failed in physics and the reader finds a script that
-    /// does it better. Mistakes of the reader are told and change nothing.
-    pub fn better(
+impl Again<'_> {
+    /// Draws motions again that fell, at full size and then smaller, until one stands. Returns whether one does.
+    pub fn drawn(
         &self,
+        speaker: &Speaker<'_>,
+        jobs: &[(Vec<String>, PathBuf)],
+        scripts: &[Script],
+        made: &mut [Made],
+        fell: &[usize],
+    ) -> Result<bool, CliError> {
+        let mut changed = false;
+        for number in fell.iter().copied() {
+            let (prompts, file) = &jobs[number];
+            let full = Script {
+                notes: [&scripts[number].notes[..], &["drawn again: the first motion fell in physics".into()]].concat(),
+                ..scripts[number].clone()
+            };
+            let smaller = GENTLER.iter().filter_map(|share| scripts[number].gentler(*share));
+            for script in std::iter::once(full).chain(smaller) {
+                let others = speaker.make(&script, prompts, self.maker, self.args.seed, 1 + REDRAWS)?;
+                let Some(standing) = self.player.standing(others, self.output)? else { continue };
+                let took = made[number].sampling_seconds;
+                made[number] = self.written((prompts, file), vec![standing], script, took)?;
+                changed = true;
+                break;
+            }
+        }
+        Ok(changed)
+    }
+
+    /// Asks the reader again for motions of which something failed in physics. Returns whether one became better; its script is
+    /// among `scripts` then.
+    pub fn read(
+        &self,
+        speaker: &Speaker<'_>,
+        jobs: &[(Vec<String>, PathBuf)],
+        scripts: &mut [Script],
+        made: &mut [Made],
+        evaluation: &Evaluation,
+    ) -> Result<bool, CliError> {
+        let Some(asked) = Asked::new(self.args.reader.as_deref()) else { return Ok(false) };
+        let mut changed = false;
+        for (number, (prompts, file)) in jobs.iter().enumerate() {
+            let seen = (evaluation, number);
+            let Some(better) = self.better(&asked, speaker, (prompts, file), &made[number], seen)? else { continue };
+            scripts[number] = better.script.clone().unwrap_or_default();
+            made[number] = better;
+            changed = true;
+        }
+        Ok(changed)
+    }
+
+    /// Writes a motion and its script.
+    fn written(
+        &self,
+        (prompts, file): (&[String], &Path),
+        candidates: Vec<Candidate>,
+        script: Script,
+        took: f64,
+    ) -> Result<Made, CliError> {
+        let mut one = Made::write(prompts, candidates, file, self.args.keep_all, took, None)?;
+        crate::output::write(&made::script_file(file), script.to_toml()?)?;
+        one.script = Some(script);
+        Ok(one)
+    }
+
+    /// Returns a better motion of a sentence, where something of the first failed in physics and the reader finds a script that
+    /// does it better. Mistakes of the reader become warnings and change nothing.
+    fn better(
+        &self,
+        asked: &Asked,
         speaker: &Speaker<'_>,
         (prompts, file): (&[String], &Path),
         first: &Made,
@@ -81,7 +150,7 @@ impl Reviser<'_> {
             if outcome.worth() == (false, 0) {
                 break;
             }
-            let next = match self.asked.better(&reader, &self.robot.anatomy, sentence, (&script, &outcome.lines)) {
+            let next = match asked.better(&reader, &self.robot.anatomy, sentence, (&script, &outcome.lines)) {
                 Ok(next) => possible(&reader, next, prompts, self.args),
                 Err(error) => Err(error.into()),
             };
@@ -97,10 +166,7 @@ impl Reviser<'_> {
             if after.worth() >= outcome.worth() {
                 break;
             }
-            let took = first.sampling_seconds;
-            let mut made = Made::write(prompts, candidates, file, self.args.keep_all, took, None)?;
-            crate::output::write(&made::script_file(file), next.to_toml()?)?;
-            made.script = Some(next.clone());
+            let made = self.written((prompts, file), candidates, next.clone(), first.sampling_seconds)?;
             (script, best, outcome) = (next, Some(made), after);
         }
         Ok(best)
