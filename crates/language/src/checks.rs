@@ -142,6 +142,10 @@ pub fn check(tracks: &Tracks, grammar: &Grammar, facts: &Facts) -> Result<Vec<Fi
             let each = actions.iter().zip(verbs);
             let mut found: Vec<Finding> =
                 each.flat_map(|(action, verb)| of_action(tracks, verb, action, meanwhile)).collect();
+            // A gesture on a trunk that bends or jumps has its head elsewhere than alone.
+            if meanwhile != Meanwhile::Nothing && verbs.iter().any(|verb| verb.bends || verb.jumps()) {
+                found.retain(|finding| finding.fact != Fact::Mood);
+            }
             if let ([above, _], [upper, lower]) = (actions, verbs)
                 && meanwhile != Meanwhile::Nothing
                 && lower.shows.contains(&Show::Low)

@@ -222,6 +222,12 @@ pub fn shows(tracks: &Tracks, show: Show, side: Option<Side>) -> Outcome {
             let wider = range(&apart).zip(apart.first()).map_or(0.0, |((_, high), first)| (high - first) / tracks.leg);
             ("the feet apart by 20 % of a leg more".into(), format!("{:.0} %", 100.0 * wider), wider > 0.2)
         }
+        Show::Together => {
+            let apart = tracks.feet[0].iter().zip(&tracks.feet[1]).map(|(a, b)| ground(&(a - b)).norm());
+            let apart: Vec<f64> = apart.collect();
+            let share = range(&apart).zip(apart.first()).map_or(1.0, |((low, _), first)| low / first.max(1e-6));
+            ("the feet at most 80 % as far apart".into(), format!("{:.0} %", 100.0 * share), share <= 0.8)
+        }
         Show::Bent => {
             let angle = bent(tracks);
             ("the trunk forward by 12 degrees".into(), format!("{angle:.0}"), angle > 12.0)

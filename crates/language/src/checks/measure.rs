@@ -278,6 +278,11 @@ pub fn amplitude(tracks: &Tracks, verb: &Verb, side: Option<Side>) -> Option<f64
         let (_, high) = range(&apart)?;
         return Some((high.powi(2) - apart.first()?.powi(2)).max(0.0).sqrt());
     }
+    if signal == SignalName::Flights {
+        let lower = tracks.feet[0].iter().zip(&tracks.feet[1]).map(|(a, b)| a.z.min(b.z));
+        let (low, high) = range(&lower.collect::<Vec<_>>())?;
+        return Some(high - low);
+    }
     let (values, gate) = tracks.signal(signal, side)?;
     // Of the repetitions only: not of the way there.
     let tops = peaks(&values, &gate);

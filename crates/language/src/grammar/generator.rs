@@ -38,6 +38,8 @@ const RADII: [f64; 2] = [0.45, 6.0];
 pub(super) const GRAVITY: f64 = 9.81;
 /// Length of a step to the side (m, of the keyframed figure).
 const SIDE_STEP: f64 = 0.17;
+/// Factor of the lift of arms whose gesture is small.
+const NEAR: f64 = 0.8;
 /// Factor of a step aside that stays the only one.
 const ONE_WIDE: f64 = 1.5;
 /// Depth of the pelvis in one giant step (m, of the keyframed figure).
@@ -282,6 +284,15 @@ impl<'a> Generator<'a> {
         }
         if verb.acts == Acts::Foot && part.action.size.is_some() {
             score.higher_steps(part.gain);
+        }
+        match part.action.size {
+            Some(Size::Big) => score.higher_jumps(part.gain * part.gain),
+            Some(Size::Small) => score.higher_jumps(part.gain),
+            None => {}
+        }
+        if part.action.size == Some(Size::Small) && verb.is_free_gesture() {
+            // What is small is near the body, too.
+            ["left_arm", "right_arm"].iter().for_each(|arm| score.lift_part(arm, NEAR));
         }
         if let Some(cycle) = &verb.cycle {
             score.repeat(cycle, part.cycles);

@@ -31,6 +31,8 @@ const BENDS: u32 = 2;
 const BEND: [f64; 2] = [0.2, 2.5];
 /// Least length of a step in any mood, as a share of the usual one.
 const SHORTEST: f64 = 0.8;
+/// Angle of a turn of which none is said (degrees).
+const QUARTER: f64 = 90.0;
 /// Draws of tempo and amplitude until one can be performed.
 const TRIES: u64 = 8;
 /// Factor by which tempo and size are exaggerated where what was said is not seen, and the most of it.
@@ -123,7 +125,19 @@ impl Generator<'_> {
         if clause.is_only_postures() {
             return Ok(self.findings_of_postures(&tracks, &clause.postures));
         }
-        check(&tracks, self.grammar(), &self.measurable(clause))
+        self.checked(&tracks, clause)
+    }
+
+    fn checked(&self, tracks: &Tracks, clause: &Clause) -> Result<Vec<Finding>, LanguageError> {
+        let mut found = check(tracks, self.grammar(), &self.measurable(clause))?;
+        let is_of_hands = |finding: &Finding| {
+            self.grammar().verb(&finding.verb).is_ok_and(|verb| matches!(verb.acts, Acts::Hand | Acts::Hands))
+        };
+        // Beside an arm that a posture moves, a gesture's hand is not the one that moves most.
+        if clause.postures.iter().any(|posture| posture.left_arm.is_some() || posture.right_arm.is_some()) {
+            found.retain(|finding| finding.fact != Fact::Limb || !is_of_hands(finding));
+        }
+        Ok(found)
     }
 
     /// Checks whether a motion lasts as long as was asked for; nothing where no duration was. Of a pose its hold counts,
@@ -153,9 +167,10 @@ impl Generator<'_> {
                 passed: (got / wanted - 1.0).abs() <= 2.0 * share,
             }));
         }
-        let (Some(wanted), Some(action)) = (clause.seconds, clause.actions.first()) else { return Ok(None) };
+        // Of two actions at once, the legs' or what the other one is done with.
+        let (Some(wanted), Some(action)) = (clause.seconds, clause.actions.last()) else { return Ok(None) };
         let verb = self.grammar().verb(&action.verb)?;
-        let alone = clause.actions.len() == 1 && clause.times <= 1;
+        let alone = clause.times <= 1;
         let (what, got) = match verb.cycle {
             None if alone && verb.shows.contains(&Show::FootHeld) => {
                 ("the foot up for ", measure::held_up(tracks, action.side))
@@ -197,7 +212,7 @@ impl Generator<'_> {
         }
         // Steps of physics are compared one by one by the evaluation's verdict.
         let steps = |verb: &Verb| verb.count.is_some_and(|rule| rule.signal == SignalName::Steps);
-        let mut findings = check(&tracks, self.grammar(), &self.measurable(clause))?;
+        let mut findings = self.checked(&tracks, clause)?;
         findings.retain(|f| f.fact != Fact::Count || !self.grammar().verb(&f.verb).is_ok_and(steps));
         findings.extend(self.lasting_within(clip, &tracks, clause, SIMULATED_DURATION)?);
         Ok(findings)
@@ -209,6 +224,11 @@ impl Generator<'_> {
         for action in &mut facts.actions {
             if action.speed.is_some() || action.size.is_some() || action.mood.is_some() {
                 action.nominal = self.number(&action.verb).and_then(|number| self.nominal(number));
+            }
+            // A farther turn lasts longer.
+            let is_turn = self.grammar().verb(&action.verb).is_ok_and(|verb| verb.synth == Some(Synth::Turn));
+            if let (Some(nominal), Some(degrees), true) = (&mut action.nominal, action.degrees, is_turn) {
+                nominal.tempo *= f64::from(degrees) / QUARTER;
             }
         }
         facts
@@ -465,7 +485,7 @@ impl Generator<'_> {
             (None, _) => usual,
         };
         let degrees = match verb.synth {
-            Some(Synth::Turn) => f64::from(action.degrees.unwrap_or(90)),
+            Some(Synth::Turn) => action.degrees.map_or(QUARTER, f64::from),
             Some(Synth::Curve) => action.degrees.map_or_else(|| rng.random_range(60.0..100.0), f64::from),
             _ => 0.0,
         };
@@ -478,6 +498,7 @@ impl Generator<'_> {
         let gain = match action.size {
             // Feet that hardly move shuffle in physics.
             Some(Size::Small) if verb.acts == Acts::Feet => rng.random_range(0.64..0.74) / emphasis,
+            Some(Size::Small) if verb.is_free_gesture() => rng.random_range(0.4..0.5) / emphasis,
             Some(Size::Small) => rng.random_range(0.5..0.65) / emphasis,
             Some(Size::Big) => rng.random_range(1.32..1.45) * emphasis,
             // Steps of fear are still steps.
@@ -612,6 +633,30 @@ mod tests {
             assert!(lasting.passed, "{text}: {lasting:?}");
             assert!((least..=most).contains(&made.clip.seconds()), "{text}: {}", made.clip.seconds());
         }
+    }
+
+    /// As often as is said, and once more: every verb that is counted.
+    #[test]
+    fn every_verb_is_done_as_often_as_is_said() {
+        let (lima, anatomy) = fixtures::lima();
+        let grammar = Grammar::builtin().unwrap();
+        let counted: Vec<&Verb> = grammar.verbs.iter().filter(|verb| verb.count.is_some()).collect();
+        let names: Vec<&str> = counted.iter().map(|verb| verb.name.as_str()).collect();
+        let generator = Generator::of_verbs(&grammar, &lima, &anatomy, RetargetOptions::default(), &names).unwrap();
+        let mut wrong = Vec::new();
+        for (verb, rule) in counted.iter().filter_map(|verb| verb.count.map(|rule| (verb, rule))) {
+            let fewest = verb.cycles.map_or(1, |[fewest, _]| fewest.max(1));
+            for cycles in [fewest, fewest + 1] {
+                let count = Some(cycles * rule.per_cycle + rule.extra);
+                let action = Action { count, side: verb.side, direction: verb.direction, ..Action::of(&verb.name) };
+                let made = generator.perform(&Clause::new(vec![action]), 1, 0).unwrap();
+                let finding = made.findings.into_iter().find(|finding| finding.fact == Fact::Count).unwrap();
+                if !finding.passed {
+                    wrong.push(format!("{} {}: {}", verb.name, finding.expected, finding.got));
+                }
+            }
+        }
+        assert!(wrong.is_empty(), "{wrong:#?}");
     }
 
     #[test]

@@ -55,6 +55,8 @@ const DEEPER: f64 = 0.03;
 const DEEPEST: f64 = 0.18;
 /// Largest error of an arm's angle (degrees).
 const ANGLE: f64 = 20.0;
+/// Most by which an arm is lifted for a body that tilts (degrees).
+const LEVEL: f64 = 40.0;
 /// Elbow from which an arm's angle is not measured at its hand (degrees).
 const BENT: f64 = 40.0;
 /// Share of a foot's height that must be reached.
@@ -230,6 +232,37 @@ fn lowered(posture: &Posture, by: f64) -> Posture {
     Posture { sink, ..posture.clone() }
 }
 
+/// An arm of a posture as it was made: angles from hanging down (degrees).
+struct Lifted {
+    posture: usize,
+    side: usize,
+    arm: Arm,
+    wanted: f64,
+    got: f64,
+}
+
+/// Returns the frame in the middle of each posture's hold.
+fn held_at(tracks: &Tracks, postures: &[Posture]) -> Vec<usize> {
+    let last = tracks.len().saturating_sub(1);
+    let frame = |times: &Times| ((0.5 * (times.arrive + times.leave) * tracks.fps).round() as usize).min(last);
+    laid_out(postures).times.iter().map(frame).collect()
+}
+
+/// Measures the arms that postures move: straight ones whose hand touches nothing.
+fn lifted(tracks: &Tracks, postures: &[Posture]) -> Vec<Lifted> {
+    let mut out = Vec::new();
+    for (number, (posture, frame)) in postures.iter().zip(held_at(tracks, postures)).enumerate() {
+        for (side, arm) in [posture.left_arm, posture.right_arm].into_iter().enumerate() {
+            let Some(arm) = arm.filter(|arm| arm.elbow < BENT && posture.touches.is_none()) else { continue };
+            let ends = tracks.hands[side].get(frame).zip(tracks.shoulders[side].get(frame));
+            let Some(way) = ends.map(|(hand, shoulder)| hand - shoulder) else { continue };
+            let got = way.x.hypot(way.y).atan2(-way.z).to_degrees();
+            out.push(Lifted { posture: number, side, arm, wanted: arm.elevation(), got });
+        }
+    }
+    out
+}
+
 /// Returns postures of the arms alone.
 fn arms_of(postures: &[Posture]) -> Vec<Posture> {
     let arms = |posture: &Posture| Posture { head: None, trunk: None, sink: None, ..posture.clone() };
@@ -275,17 +308,34 @@ impl Writer {
 }
 
 impl Generator<'_> {
-    /// Makes the motion of postures. A trunk that leans is measured, and made again with the angle that it lacks.
+    /// Makes the motion of postures. A body on one foot tilts: arms that are held out to a side are measured then, and made
+    /// again with the angle that they lack.
     pub(super) fn postured(&self, postures: &[Posture], mood: Option<Mood>) -> Result<MotionClip, LanguageError> {
+        let (mut postures, clip) = self.leaning(postures, mood)?;
+        let is_up = |foot: Option<Foot>| foot.is_some_and(|foot| foot.height > 0.0);
+        if !postures.iter().any(|posture| is_up(posture.left_foot) || is_up(posture.right_foot)) {
+            return Ok(clip);
+        }
+        let tracks = Tracks::of(&clip, self.character(), self.anatomy())?;
+        for Lifted { posture, side, arm, wanted, got } in lifted(&tracks, &postures) {
+            let level = Arm { aside: arm.aside + (wanted - got).clamp(-LEVEL, LEVEL), ..arm };
+            let posture = &mut postures[posture];
+            let limb = if side == 0 { &mut posture.left_arm } else { &mut posture.right_arm };
+            *limb = limb.map(|arm| if arm.aside > arm.raise.abs() { level } else { arm });
+        }
+        Ok(self.within_reach(&postures, mood).map_or(clip, |(_, level)| level))
+    }
+
+    /// Makes the motion of postures. A trunk that leans is measured, and made again with the angle that it lacks.
+    fn leaning(&self, postures: &[Posture], mood: Option<Mood>) -> Result<(Vec<Posture>, MotionClip), LanguageError> {
         let (postures, clip) = self.within_reach(postures, mood)?;
-        let postures = &postures[..];
         let most = |angle: fn(&Turn) -> f64| {
             let angles = postures.iter().filter_map(|posture| posture.trunk.as_ref()).map(|turn| angle(turn).abs());
             angles.fold(0.0, f64::max)
         };
         let (pitch, roll) = (most(|turn| turn.pitch), most(|turn| turn.roll));
         if pitch.max(roll) < MEASURED {
-            return Ok(clip);
+            return Ok((postures, clip));
         }
         let tracks = Tracks::of(&clip, self.character(), self.anatomy())?;
         let reached = |values: &[f64]| values.iter().map(|angle| angle.to_degrees().abs()).fold(0.0, f64::max);
@@ -298,7 +348,7 @@ impl Generator<'_> {
         let again: Vec<Posture> =
             postures.iter().map(|posture| Posture { trunk: posture.trunk.map(scaled), ..posture.clone() }).collect();
         // More than the legs can carry stays as it was.
-        Ok(self.within_reach(&again, mood).map_or(clip, |(_, again)| again))
+        Ok(self.within_reach(&again, mood).unwrap_or((postures, clip)))
     }
 
     /// Makes the motion of postures, with knees bent as far as it takes for legs to reach where feet are put.
@@ -381,24 +431,14 @@ impl Generator<'_> {
 
     /// Checks postures on a clip of them: arms by their angle, feet by their height.
     pub(super) fn findings_of_postures(&self, tracks: &Tracks, postures: &[Posture]) -> Vec<Finding> {
-        let times = laid_out(postures).times;
         let mut found = Vec::new();
-        for (posture, times) in postures.iter().zip(times) {
-            let frame = ((0.5 * (times.arrive + times.leave) * tracks.fps).round() as usize)
-                .min(tracks.len().saturating_sub(1));
+        let arms = lifted(tracks, postures);
+        for (number, (posture, frame)) in postures.iter().zip(held_at(tracks, postures)).enumerate() {
             let mut add = |fact: Fact, expected: String, got: String, passed: bool| {
                 found.push(Finding { verb: "posture".into(), fact, expected, got, passed });
             };
-            for (side, arm) in [posture.left_arm, posture.right_arm].into_iter().enumerate() {
-                let Some(arm) = arm.filter(|arm| arm.elbow < BENT && posture.touches.is_none()) else { continue };
-                let (Some(hand), Some(shoulder)) = (tracks.hands[side].get(frame), tracks.shoulders[side].get(frame))
-                else {
-                    continue;
-                };
-                let way = hand - shoulder;
-                let got = way.x.hypot(way.y).atan2(-way.z).to_degrees();
-                let wanted = arm.elevation();
-                let name = if side == 0 { "left" } else { "right" };
+            for Lifted { side, wanted, got, .. } in arms.iter().filter(|arm| arm.posture == number) {
+                let name = if *side == 0 { "left" } else { "right" };
                 add(
                     Fact::Degrees,
                     format!("{name} arm {wanted:.0} +- {ANGLE}"),
@@ -498,6 +538,20 @@ mod tests {
         let (_, tracks, _) = made(&[aside]);
         let most = tracks.chest_lean.iter().fold(0.0_f64, |most, angle| most.max(angle.to_degrees()));
         assert!((most - 15.0).abs() < 6.0, "{most}");
+    }
+
+    #[test]
+    fn arms_are_level_on_one_foot() {
+        let foot = Some(Foot { to: [0.0, 0.28], height: 0.09 });
+        let sides = Posture {
+            left_arm: arm(0.0, 88.0),
+            right_arm: arm(0.0, 88.0),
+            left_foot: foot,
+            hold: 3.0,
+            ..Posture::default()
+        };
+        let (_, _, findings) = made(&[sides]);
+        assert!(findings.len() == 3 && findings.iter().all(|finding| finding.passed), "{findings:?}");
     }
 
     #[test]

@@ -49,6 +49,12 @@ pub struct Via {
     height: f64,
 }
 
+impl Via {
+    fn later(&self, by: f64) -> Self {
+        Self { time: self.time + by, ..self.clone() }
+    }
+}
+
 /// A jump of both feet, or of the one that is named.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Jump {
@@ -216,15 +222,21 @@ impl Score {
             [b[0] - a[0], b[1] - a[1]]
         });
         let again = f64::from(times) - f64::from(count);
-        // A foot that is up all the time stays up for longer.
+        let in_cycle = |time: f64| time > from && time <= from + period + 1e-9;
+        // A foot that is up all the time stays up for longer, and goes on its way in the air again.
         for step in self.steps.iter_mut().filter(|step| step.start < from - 1e-9 && step.end > end - 1e-9) {
             // As far on as the foot that hops meanwhile.
             let hops = way[usize::from(step.foot != "right")].map(|v| v * again);
             let on = |to: [f64; 2]| [to[0] + hops[0], to[1] + hops[1]];
             (step.end, step.to) = (step.end + longer, on(step.to));
-            for via in step.via.iter_mut().filter(|via| via.time > end - 1e-9) {
+            let pattern: Vec<Via> = step.via.iter().filter(|via| in_cycle(via.time)).cloned().collect();
+            step.via.retain(|via| via.time <= from || via.time > end + 1e-9);
+            for via in step.via.iter_mut().filter(|via| via.time > end + 1e-9) {
                 (via.time, via.to) = (via.time + longer, on(via.to));
             }
+            let again = (0..times).flat_map(|k| pattern.iter().map(move |via| via.later(f64::from(k) * period)));
+            step.via.extend(again);
+            step.via.sort_by(|a, b| a.time.total_cmp(&b.time));
         }
         let way_of = |foot: &str| way[usize::from(foot == "right")];
         let again = again_of(from, period, end, times);
@@ -309,6 +321,14 @@ impl Score {
         }
         for jump in &mut self.jumps {
             jump.by = jump.by.map(|v| v * gain);
+        }
+    }
+
+    /// Scales the height of every jump, and how far the feet are drawn up.
+    pub fn higher_jumps(&mut self, gain: f64) {
+        for jump in &mut self.jumps {
+            jump.height *= gain;
+            jump.tuck *= gain;
         }
     }
 
@@ -546,7 +566,7 @@ impl Step {
     /// Returns the step later (s), and farther (m).
     fn later(&self, by: f64, [x, y]: [f64; 2]) -> Self {
         let moved = |to: [f64; 2]| [to[0] + x, to[1] + y];
-        let via = self.via.iter().map(|via| Via { time: via.time + by, to: moved(via.to), height: via.height });
+        let via = self.via.iter().map(|via| Via { to: moved(via.to), ..via.later(by) });
         Self {
             start: self.start + by,
             end: self.end + by,

@@ -10,6 +10,7 @@ use super::perform::FADE;
 use super::table::Grammar;
 use crate::checks::{Fact, Finding};
 use crate::error::LanguageError;
+use crate::facts::Size;
 use crate::script::{Clause, Script};
 
 /// Largest error of an angle (degrees).
@@ -60,11 +61,12 @@ impl<'a> Generator<'a> {
         Ok(clip)
     }
 
-    /// Returns whether a shipped network may make a clause. It was trained before moods moved arms that are free.
+    /// Returns whether a shipped network may make a clause. It was trained before moods moved arms that are free, and before
+    /// small gestures came near the body.
     pub fn suits_network(&self, clause: &Clause) -> bool {
         let mut verbs = clause.actions.iter().filter_map(|action| self.grammar().verb(&action.verb).ok());
-        let has_mood = clause.actions.iter().any(|action| action.mood.is_some());
-        clause.is_plain() && !has_mood && verbs.all(|verb| !verb.remade)
+        let has_manner = clause.actions.iter().any(|action| action.mood.is_some() || action.size == Some(Size::Small));
+        clause.is_plain() && !has_manner && verbs.all(|verb| !verb.remade)
     }
 
     /// Returns whether the facts of a clause hold in a motion, its angle and its duration among them. `findings` are those

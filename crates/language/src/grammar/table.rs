@@ -96,6 +96,8 @@ pub enum Show {
     OneLeg,
     /// The feet are far apart.
     Wide,
+    /// The feet are beside each other.
+    Together,
 }
 
 /// Rule that counts repetitions: the signal has `per_cycle * cycles + extra` of them, and `minus` peaks more.
@@ -208,14 +210,25 @@ impl Verb {
     /// Returns whether its size can be said: of what repeats and can be measured, of steps, and of how far trunk and head
     /// go. Hands that go to a place have none.
     pub fn takes_size(&self) -> bool {
-        let repeats = self.cycle.is_some() && self.count.is_some_and(|rule| rule.signal != SignalName::Flights);
+        let repeats = self.cycle.is_some() && self.count.is_some() && self.direction != Some(Direction::InPlace);
         let steps = self.synth == Some(Synth::Sideways);
-        self.sizes || steps || repeats && self.direction != Some(Direction::InPlace) || self.is_inclined()
+        self.sizes || steps || repeats || self.jumps() || self.is_inclined()
     }
 
     /// Returns whether it only stands or sways, which is the same all the time.
     pub(super) fn is_even(&self) -> bool {
         self.acts == Acts::Body && self.shows.is_empty()
+    }
+
+    /// Returns whether it is counted in flights.
+    pub fn jumps(&self) -> bool {
+        self.count.is_some_and(|rule| rule.signal == SignalName::Flights)
+    }
+
+    /// Returns whether hands repeat something in the air, not above the shoulder and not at the body.
+    pub fn is_free_gesture(&self) -> bool {
+        let in_the_air = self.touches.is_none() && !self.shows.contains(&Show::HandHigh);
+        matches!(self.acts, Acts::Hand | Acts::Hands) && self.cycle.is_some() && in_the_air
     }
 
     /// Returns whether it has a pose that can be held.

@@ -10,7 +10,7 @@ use super::said::{Said, said};
 use super::situations::Situations;
 use super::spelling::spelt;
 use super::split::{Join, is_participle, normal, pieces};
-use super::turns::{beyond, paced};
+use super::turns::{beyond, gone_before, paced, said_before};
 use super::{Clause, Impossible, Script};
 use crate::error::LanguageError;
 use crate::facts::{Action, Direction, Side, Size};
@@ -64,6 +64,8 @@ pub(super) struct Before {
     is_free: bool,
     /// Words that explained it.
     words: BTreeSet<String>,
+    /// What joined it to the one before.
+    join: Option<Join>,
 }
 
 /// One piece of a sentence.
@@ -145,10 +147,8 @@ impl<'a> Reader<'a> {
                 let free = [before.is_free, said.side.is_none()];
                 before.is_free = free[1];
                 let mut action = action;
-                let gone = script.clauses.last().and_then(|clause| clause.actions.last()).filter(|_| said.same);
-                if let Some(gone) = gone.filter(|_| verb.acts == Acts::Feet) {
-                    action.count = action.count.or(gone.count.filter(|_| gone.verb == action.verb));
-                    action.metres = action.metres.or(gone.metres);
+                if verb.acts == Acts::Feet {
+                    action = gone_before(script, &said, &piece.words, action);
                 }
                 // "For a while": of what can be longer.
                 let is_open =
@@ -166,6 +166,10 @@ impl<'a> Reader<'a> {
                     let turn = Action { direction: Some(Direction::Left), degrees: Some(180), ..Action::of("turn") };
                     script.clauses.push(Clause::new(vec![turn]));
                 }
+                if join == Join::While && matches!(before.join, Some(Join::And | Join::Comma)) {
+                    action = said_before(script, action);
+                }
+                before.join = Some(join);
                 self.add(script, join, action, seconds.filter(|_| rise.is_none()), times, free);
                 if let Some(last) = script.clauses.last_mut().filter(|_| rise.is_some()) {
                     last.rise = rise;

@@ -82,10 +82,11 @@ const LIMBS: [&str; 14] =
     ["hand", "arm", "leg", "foot", "feet", "knee", "elbow", "palm", "heel", "toe", "finger", "fist", "them", "it"];
 
 /// Words that join, as they are in normal text; longer ones first.
-const JOINS: [(&str, Join); 66] = [
+const JOINS: [(&str, Join); 67] = [
     ("and at the same time", Join::While),
     ("while at the same time", Join::While),
     ("at the same time", Join::While),
+    ("in the same time", Join::While),
     ("all at once", Join::While),
     ("at once", Join::While),
     ("all the while", Join::While),

@@ -58,6 +58,13 @@ fn free_words_become_actions() {
         ),
         ("nod and clap at the same time", "nod while: clap, both side"),
         ("before you wave, take a bow", "bow; then wave, right side"),
+        ("nod and clap in the same time", "nod while: clap, both side"),
+        ("turn slowly on the spot and wave as you turn", "wave, right side while: turn, to the left, 90 degrees, slow"),
+        (
+            "Walk three steps forward, turn around and walk back to where you started",
+            "step forward, forward, 3 times; then turn, to the left, 180 degrees; then walk, forward, 3 times",
+        ),
+        ("Stand at attention", "attention, in place"),
         ("step forward with your right foot", "step forward, forward, once"),
         ("turn around", "turn, to the left, 180 degrees"),
         ("sidestep to the left, 3 small steps", "walk sideways, to the left, 3 times, small"),

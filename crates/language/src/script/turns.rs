@@ -172,3 +172,35 @@ pub(super) fn paced(mut said: Said, notes: &mut Vec<String>) -> Said {
     notes.push(format!("{pace} m/s is {metres} m in {} s", rounded(seconds)));
     said
 }
+
+/// Gives a gait the steps or metres of the way before, where it is the same way or leads back: "walk back to where you
+/// started".
+pub(super) fn gone_before(script: &Script, said: &Said, words: &[String], mut action: Action) -> Action {
+    let leads_back = words.iter().any(|word| ["started", "began", "start", "came"].contains(&word.as_str()));
+    let mut ways = script.clauses.iter().rev().filter_map(|clause| clause.actions.last());
+    let gone = match (said.same, leads_back) {
+        (true, _) => ways.next(),
+        (false, true) => ways.find(|way| way.direction == Some(Direction::Forward)),
+        (false, false) => None,
+    };
+    let Some(gone) = gone else { return action };
+    let is_counted = gone.verb == action.verb || leads_back;
+    action.count = action.count.or(gone.count.filter(|_| is_counted));
+    action.metres = action.metres.or(gone.metres);
+    action
+}
+
+/// Takes the action of the clause before the last one where it is said again as what goes on meanwhile: "turn slowly and
+/// wave as you turn" is one clause.
+pub(super) fn said_before(script: &mut Script, action: Action) -> Action {
+    let [.., earlier, last] = &script.clauses[..] else { return action };
+    let ([same], [other]) = (&earlier.actions[..], &last.actions[..]) else { return action };
+    let is_same = same.verb == action.verb && other.verb != action.verb;
+    let is_plain = (action.count.is_none() || action.count == same.count)
+        && (action.degrees.is_none() || action.degrees == same.degrees)
+        && action.metres.is_none();
+    if !is_same || !is_plain {
+        return action;
+    }
+    script.clauses.remove(script.clauses.len() - 2).actions.remove(0)
+}

@@ -18,6 +18,7 @@ pub fn builtin() -> impl Iterator<Item = (&'static str, &'static str)> {
         "arm_wave",
         "arms_ahead",
         "arms_to_sides",
+        "attention",
         "back_kick",
         "back_leg_raise",
         "backhand",
