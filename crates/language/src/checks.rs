@@ -220,9 +220,11 @@ fn of_action(tracks: &Tracks, verb: &Verb, action: &Action, meanwhile: Meanwhile
         add(Fact::Distance, format!("{metres} m, within {:.0}%", 100.0 * DISTANCE), format!("{got:.2} m"), passed);
     }
     let Some(nominal) = action.nominal else { return found };
-    if let Some(speed) = action.speed {
+    // What is done once has no period.
+    let period = measure::tempo(tracks, verb, side);
+    if let Some(speed) = action.speed.filter(|_| action.count != Some(1) || period.is_some()) {
         // Times as fast as normal: of what lasts, the inverse.
-        let ratio = measure::tempo(tracks, verb, side).map(|tempo| match verb.tempo {
+        let ratio = period.map(|tempo| match verb.tempo {
             Tempo::Pace => tempo / nominal.tempo,
             Tempo::Period | Tempo::Duration => nominal.tempo / tempo,
         });

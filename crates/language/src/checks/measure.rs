@@ -10,6 +10,8 @@ use crate::grammar::{Acts, CountRule, Tempo, Verb};
 const TURN: f64 = 0.1;
 /// Share of the greatest difference between neighbouring peak and valley that every one has.
 const SWING_SHARE: f64 = 0.4;
+/// Share of the highest flight below which one is a bounce.
+const BOUNCE: f64 = 0.4;
 /// Share of the greatest speed that counts as movement.
 const MOVING: f64 = 0.08;
 
@@ -99,7 +101,7 @@ pub fn held_up(tracks: &Tracks, side: Option<Side>) -> f64 {
     longest.unwrap_or(0) as f64 / tracks.fps
 }
 
-/// Returns the number of times that no foot is on the ground.
+/// Returns the number of times that no foot is on the ground. A bounce after a landing is no flight.
 pub fn flights(tracks: &Tracks) -> usize {
     let mut up = vec![0; tracks.len()];
     for foot in 0..2 {
@@ -107,8 +109,21 @@ pub fn flights(tracks: &Tracks) -> usize {
             up[start..end].iter_mut().for_each(|feet| *feet += 1);
         }
     }
-    let begins = |frame: &usize| up[*frame] == 2 && (*frame == 0 || up[*frame - 1] < 2);
-    (0..up.len()).filter(begins).count()
+    let height = |frame: usize| tracks.feet[0][frame].z.min(tracks.feet[1][frame].z);
+    let floor = (0..up.len()).map(height).fold(f64::INFINITY, f64::min);
+    let mut heights: Vec<f64> = Vec::new();
+    let mut was_up = false;
+    for (frame, feet) in up.iter().enumerate() {
+        let is_up = *feet == 2;
+        match heights.last_mut().filter(|_| was_up) {
+            Some(highest) if is_up => *highest = highest.max(height(frame) - floor),
+            None if is_up => heights.push(height(frame) - floor),
+            _ => {}
+        }
+        was_up = is_up;
+    }
+    let highest = heights.iter().copied().fold(0.0, f64::max);
+    heights.iter().filter(|height| **height >= BOUNCE * highest).count()
 }
 
 /// Returns the number of steps. The last one does not count where it only brings the feet together again.

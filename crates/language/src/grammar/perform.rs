@@ -366,6 +366,8 @@ impl Generator<'_> {
         let is_arc = self.grammar().verbs[below.verb].synth == Some(Synth::Curve);
         let legs_clip = if let Some(metres) = legs.metres.filter(|_| !is_arc) {
             self.as_far(below, metres, seconds, rng)?
+        } else if seconds.is_some() && self.grammar().verbs[below.verb].shows.contains(&Show::FootHeld) {
+            self.alone(legs, seconds, emphasis, rng)?
         } else if long || legs.count.is_some() || legs.degrees.is_some() {
             let clip = self.shortened(self.part(&below, Some(rng))?)?;
             // Legs that are counted may be shorter than the gesture: they walk slower.
@@ -492,6 +494,8 @@ impl Generator<'_> {
         let [as_fast, as_large] = action.mood.map(Mood::manner).map_or([1.0; 2], |manner| [manner.speed, manner.size]);
         let speed = match action.speed {
             Some(Speed::Slow) => rng.random_range(0.62..0.74) / emphasis,
+            // A spin is faster than a walk.
+            Some(Speed::Fast) if verb.synth == Some(Synth::Turn) => rng.random_range(1.75..1.9) * emphasis,
             Some(Speed::Fast) => rng.random_range(1.35..1.5) * emphasis,
             None => as_fast * rng.random_range(0.9..1.1),
         };

@@ -324,9 +324,9 @@ impl Score {
         }
     }
 
-    /// Scales the height of every jump, and how far the feet are drawn up.
+    /// Scales the height of every jump of both feet, and how far they are drawn up.
     pub fn higher_jumps(&mut self, gain: f64) {
-        for jump in &mut self.jumps {
+        for jump in self.jumps.iter_mut().filter(|jump| jump.foot.is_none()) {
             jump.height *= gain;
             jump.tuck *= gain;
         }

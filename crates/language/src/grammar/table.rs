@@ -212,7 +212,7 @@ impl Verb {
     pub fn takes_size(&self) -> bool {
         let repeats = self.cycle.is_some() && self.count.is_some() && self.direction != Some(Direction::InPlace);
         let steps = self.synth == Some(Synth::Sideways);
-        self.sizes || steps || repeats || self.jumps() || self.is_inclined()
+        self.sizes || steps || repeats || self.jumps() && !self.shows.contains(&Show::OneLeg) || self.is_inclined()
     }
 
     /// Returns whether it only stands or sways, which is the same all the time.
