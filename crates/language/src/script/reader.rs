@@ -64,7 +64,7 @@ pub(super) struct Before {
     is_free: bool,
     /// Words that explained it.
     words: BTreeSet<String>,
-    /// What joined it to the one before.
+    /// The word that joined it to the one before.
     join: Option<Join>,
 }
 
