@@ -7,10 +7,12 @@
 //! Imports none of our other crates, and no training framework: robots load such files too.
 
 mod checkpoint;
+mod input;
 pub mod rng;
 mod whole_file;
 
 pub use checkpoint::{Checkpoint, CheckpointError, Entry, Kind};
+pub use input::{FromInput, InputError};
 pub use whole_file::{PARTIAL, write_file};
 
 /// The README's examples, run as tests.
