@@ -6,9 +6,9 @@ use lifelike_checkpoint::Checkpoint;
 use lifelike_sim::trace::{BlockTrace, Trace};
 use rayon::prelude::*;
 
-use crate::AugmentationError;
 use crate::loss::LossKind;
 use crate::model::{Inputs, Network, NetworkPass, SatSizes, Scales, Stream, closed_loop};
+use crate::{AugmentationError, FromInput};
 
 /// Ending of the files' names.
 pub const EXTENSION: &str = ".augmentation.safetensors";
@@ -75,7 +75,7 @@ impl Augmentation {
     /// Returns Δs of all steps of a block in SI units, `[steps, outputs]`.
     ///
     /// # Errors
-    /// [`AugmentationError::Mismatch`] for a block of another class, with other columns, or that lacks what is to be fed back.
+    /// [`AugmentationError::Input`] for a block of another class, with other columns, or that lacks what is to be fed back.
     pub fn errors(&self, block: &BlockTrace, feedback: Feedback) -> Result<Vec<f32>, AugmentationError> {
         Ok(self.errors_of(&[block], feedback)?.swap_remove(0))
     }
@@ -208,7 +208,7 @@ impl Augmentation {
     /// stay. With measurements as feedback, blocks that have none are told nothing.
     ///
     /// # Errors
-    /// As [`Self::errors`]; [`AugmentationError::Mismatch`] for another rate.
+    /// As [`Self::errors`]; [`AugmentationError::Input`] for another rate.
     pub fn corrected(&self, trace: &Trace, feedback: Feedback) -> Result<Trace, AugmentationError> {
         let inputs = &self.header.inputs;
         if trace.rate != inputs.rate {

@@ -4,9 +4,9 @@ use lifelike_robot::Robot;
 use lifelike_sim::StateCorrection;
 use lifelike_sim::augmented::{CorrectionStep, HistorySize};
 
-use crate::AugmentationError;
 use crate::augmentation::{Augmentation, Feedback};
 use crate::model::{Field, Stream, drag};
+use crate::{AugmentationError, FromInput};
 
 /// A step of a simulation as an actuator sees it.
 #[derive(Debug, Clone, Copy)]
@@ -57,7 +57,7 @@ impl ActuatorCorrection {
     /// Corrects some of a robot's joints, by name; all of them where none is named.
     ///
     /// # Errors
-    /// [`AugmentationError::Mismatch`] for an unknown joint, for another rate than the robot's, and for columns that a
+    /// [`AugmentationError::Input`] for an unknown joint, for another rate than the robot's, and for columns that a
     /// simulation does not tell of an actuator. Measurements cannot be fed back.
     pub fn new(
         augmentation: Augmentation,

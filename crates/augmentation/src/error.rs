@@ -6,14 +6,9 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum AugmentationError {
-    /// A file cannot be read or written.
-    #[error("{path}: {source}")]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
+    /// A file or an input that cannot be used.
+    #[error(transparent)]
+    Input(#[from] lifelike_checkpoint::InputError),
     /// A place of a log that is not what it should be.
     #[error("{path}: {place}: expected {expected}, got {got}")]
     Log {
@@ -21,16 +16,6 @@ pub enum AugmentationError {
         path: PathBuf,
         /// Line, entry or column.
         place: String,
-        /// The expected value.
-        expected: String,
-        /// The value found.
-        got: String,
-    },
-    /// Two things that must fit each other do not.
-    #[error("{what}: expected {expected}, got {got}")]
-    Mismatch {
-        /// The things compared.
-        what: String,
         /// The expected value.
         expected: String,
         /// The value found.
@@ -54,11 +39,6 @@ pub enum AugmentationError {
 }
 
 impl AugmentationError {
-    /// Returns the error of two things that do not fit.
-    pub(crate) fn mismatch(what: impl Into<String>, expected: impl ToString, got: impl ToString) -> Self {
-        Self::Mismatch { what: what.into(), expected: expected.to_string(), got: got.to_string() }
-    }
-
     /// Returns the error of a place in a log.
     pub(crate) fn log(path: &Path, place: impl ToString, expected: impl ToString, got: impl ToString) -> Self {
         Self::Log {
@@ -67,11 +47,5 @@ impl AugmentationError {
             expected: expected.to_string(),
             got: got.to_string(),
         }
-    }
-
-    /// Turns an error of reading a file into one that names it.
-    pub(crate) fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
-        let path = path.to_owned();
-        move |source| Self::Io { path, source }
     }
 }

@@ -22,6 +22,7 @@ pub mod training;
 pub use augmentation::{Augmentation, Feedback};
 pub use correction::ActuatorCorrection;
 pub use error::AugmentationError;
+use lifelike_checkpoint::FromInput;
 
 /// The README's example, which runs as a test.
 #[cfg(doctest)]

@@ -10,14 +10,14 @@ use lifelike_sim::{Drive, Simulation, SimulationSpec};
 use rand::Rng;
 use rand_distr::StandardNormal;
 
-use crate::AugmentationError;
+use crate::{AugmentationError, FromInput};
 
 /// Runs a log's commands in the first environment of a simulation, and returns the log with simulated states and loads. Blocks are joints
 /// of the robot by name; joints that the log does not command keep their default pose. The run begins at the log's first measured
 /// positions (at the commanded ones where nothing was measured), at rest. With a class for them, the robot's bodies are blocks too.
 ///
 /// # Errors
-/// [`AugmentationError::Mismatch`] for a block that is no joint, one without a commanded position, and for another rate than the
+/// [`AugmentationError::Input`] for a block that is no joint, one without a commanded position, and for another rate than the
 /// robot's control rate.
 pub fn replayed(
     log: &Trace,

@@ -4,16 +4,9 @@
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EvaluationError {
-    /// Two things that must fit each other do not.
-    #[error("{what}: expected {expected}, got {got}")]
-    Mismatch {
-        /// The things compared.
-        what: String,
-        /// The expected value.
-        expected: String,
-        /// The value found.
-        got: String,
-    },
+    /// A file or an input that cannot be used.
+    #[error(transparent)]
+    Input(#[from] lifelike_checkpoint::InputError),
     /// An MCAP file cannot be made.
     #[error("MCAP: {0}")]
     Record(String),

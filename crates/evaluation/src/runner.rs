@@ -1,5 +1,6 @@
 //! A controller on many simulated robots in lockstep, each with a reference of its own.
 
+use lifelike_checkpoint::FromInput;
 use lifelike_robot::controller::{History, ObservationScratch, PolicyWorkspace};
 use lifelike_robot::{Alignment, ClipPlayer, Controller, GetUp, MeasuredState, ReferenceLibrary, ReferenceStream};
 use lifelike_sim::{BatchState, Drive, Ground, IntegrationState, Simulation};
@@ -65,11 +66,9 @@ impl<'a> Runner<'a> {
     ) -> Result<Self, EvaluationError> {
         let (robot, n) = (controller.robot(), simulation.len());
         if simulation.robot().layout != robot.layout {
-            return Err(EvaluationError::Mismatch {
-                what: "joints and end effectors of the simulation".into(),
-                expected: format!("those of robot '{}'", robot.name),
-                got: format!("those of '{}'", simulation.robot().name),
-            });
+            let expected = format!("those of robot '{}'", robot.name);
+            let got = format!("those of '{}'", simulation.robot().name);
+            return Err(EvaluationError::mismatch("joints and end effectors of the simulation", expected, got));
         }
         Ok(Self {
             ground: Ground::of(simulation.as_ref(), robot),

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use lifelike_checkpoint::FromInput;
 use lifelike_robot::{Controller, LatentEncoder, Robot};
 use lifelike_sim::{SimError, Simulation, Terrain};
 
@@ -41,10 +42,6 @@ impl<'a> EvaluationSetup<'a> {
         if got == wanted {
             return Ok(encoder);
         }
-        Err(EvaluationError::Mismatch {
-            what: "latent codes for the policy".into(),
-            expected: format!("{wanted} numbers"),
-            got: got.to_string(),
-        })
+        Err(EvaluationError::mismatch("latent codes for the policy", format!("{wanted} numbers"), got))
     }
 }

@@ -8,8 +8,8 @@ use lifelike_motion::MotionClip;
 use lifelike_robot::{Robot, clips};
 use rayon::prelude::*;
 
-use crate::GenerationError;
 use crate::representation::{FeatureMatrix, RepresentationSpec};
+use crate::{FromInput, GenerationError};
 
 /// Rows below which there is no motion to learn from.
 const MIN_ROWS: usize = 10;

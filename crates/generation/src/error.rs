@@ -4,16 +4,9 @@
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GenerationError {
-    /// Two things that must fit each other do not.
-    #[error("{what}: expected {expected}, got {got}")]
-    Mismatch {
-        /// The things compared.
-        what: String,
-        /// The expected value.
-        expected: String,
-        /// The value found.
-        got: String,
-    },
+    /// A file or an input that cannot be used.
+    #[error(transparent)]
+    Input(#[from] lifelike_checkpoint::InputError),
     /// A prompt that is no sentence.
     #[error("prompt: expected {expected}, got {got}")]
     Prompt {
@@ -49,11 +42,6 @@ pub enum GenerationError {
 }
 
 impl GenerationError {
-    /// Returns the error of two things that do not fit.
-    pub(crate) fn mismatch(what: impl Into<String>, expected: impl ToString, got: impl ToString) -> Self {
-        Self::Mismatch { what: what.into(), expected: expected.to_string(), got: got.to_string() }
-    }
-
     /// Returns the error of a prompt.
     pub(crate) fn prompt(expected: impl ToString, got: impl ToString) -> Self {
         Self::Prompt { expected: expected.to_string(), got: got.to_string() }

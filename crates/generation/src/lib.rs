@@ -26,6 +26,7 @@ pub mod text;
 pub mod training;
 
 pub use error::GenerationError;
+use lifelike_checkpoint::FromInput;
 
 /// The README's example is a test.
 #[cfg(doctest)]

@@ -1,16 +1,19 @@
 //! Errors of the command line, and the exit codes that scripts see.
 
-mod learning;
-
+use lifelike_augmentation::AugmentationError;
 use lifelike_character::CharacterError;
-use lifelike_checkpoint::CheckpointError;
+use lifelike_checkpoint::{CheckpointError, InputError};
 use lifelike_evaluation::EvaluationError;
+use lifelike_generation::GenerationError;
 use lifelike_language::LanguageError;
 use lifelike_motion::MotionError;
 use lifelike_report::ReportError;
+use lifelike_representation::RepresentationError;
 use lifelike_robot::RobotError;
 use lifelike_runtime::RuntimeError;
 use lifelike_sim::SimError;
+use lifelike_tracking::TrackerError;
+use lifelike_train::{PlanError, TrainError};
 
 /// A failed command.
 #[derive(Debug, thiserror::Error)]
@@ -68,6 +71,40 @@ impl CliError {
     }
 }
 
+/// Codes of a crate's errors: bad input, unless an error inside knows better.
+macro_rules! codes {
+    ($($error:ident $(: $($inner:ident)+)?,)+) => {$(
+        impl From<$error> for CliError {
+            fn from(error: $error) -> Self {
+                match error {
+                    $error::Input(error) => error.into(),
+                    $($($error::$inner(error) => error.into(),)+)?
+                    _ => Self::Input(error.to_string()),
+                }
+            }
+        }
+    )+};
+}
+
+codes! {
+    CheckpointError, ReportError,
+    EvaluationError: Simulation,
+    TrainError: Report,
+    RepresentationError: Report Train,
+    GenerationError: Report Train,
+    AugmentationError: Report Train Sim,
+    TrackerError: Simulation Report Train,
+}
+
+impl From<InputError> for CliError {
+    fn from(error: InputError) -> Self {
+        match &error {
+            InputError::Io { source, .. } => Self::io(source, error.to_string()),
+            _ => Self::Input(error.to_string()),
+        }
+    }
+}
+
 impl From<MotionError> for CliError {
     fn from(error: MotionError) -> Self {
         match &error {
@@ -86,6 +123,15 @@ impl From<LanguageError> for CliError {
     }
 }
 
+impl From<RobotError> for CliError {
+    fn from(error: RobotError) -> Self {
+        match &error {
+            RobotError::Io { source, .. } => Self::io(source, error.to_string()),
+            _ => Self::Input(error.to_string()),
+        }
+    }
+}
+
 impl From<CharacterError> for CliError {
     fn from(error: CharacterError) -> Self {
         match &error {
@@ -95,12 +141,9 @@ impl From<CharacterError> for CliError {
     }
 }
 
-impl From<RobotError> for CliError {
-    fn from(error: RobotError) -> Self {
-        match &error {
-            RobotError::Io { source, .. } => Self::io(source, error.to_string()),
-            _ => Self::Input(error.to_string()),
-        }
+impl From<PlanError> for CliError {
+    fn from(error: PlanError) -> Self {
+        Self::Input(error.to_string())
     }
 }
 
@@ -117,39 +160,12 @@ impl From<RuntimeError> for CliError {
     }
 }
 
-impl From<CheckpointError> for CliError {
-    fn from(error: CheckpointError) -> Self {
-        match &error {
-            CheckpointError::Io { source, .. } => Self::io(source, error.to_string()),
-            _ => Self::Input(error.to_string()),
-        }
-    }
-}
-
 impl From<SimError> for CliError {
     fn from(error: SimError) -> Self {
         match error {
             SimError::EngineUnavailable { .. } => Self::Unavailable(error.to_string()),
             SimError::UnknownEngine { .. } => Self::Usage(error.to_string()),
             _ => Self::Failed(error.to_string()),
-        }
-    }
-}
-
-impl From<EvaluationError> for CliError {
-    fn from(error: EvaluationError) -> Self {
-        match error {
-            EvaluationError::Simulation(error) => error.into(),
-            _ => Self::Input(error.to_string()),
-        }
-    }
-}
-
-impl From<ReportError> for CliError {
-    fn from(error: ReportError) -> Self {
-        match &error {
-            ReportError::Io { source, .. } => Self::io(source, error.to_string()),
-            _ => Self::Input(error.to_string()),
         }
     }
 }
@@ -163,7 +179,7 @@ mod tests {
         use std::io::{Error, ErrorKind};
         let code = |kind: ErrorKind| {
             let source = Error::from(kind);
-            CliError::from(MotionError::Io { path: "a.bvh".into(), source }).code()
+            CliError::from(InputError::Io { path: "a.bvh".into(), source }).code()
         };
         assert_eq!([ErrorKind::NotFound, ErrorKind::InvalidData, ErrorKind::IsADirectory].map(code), [3; 3]);
         assert_eq!(code(ErrorKind::InvalidInput), 3, "a pipe or a link at the place of an output");

@@ -4,12 +4,12 @@ use std::path::Path;
 
 pub(crate) use lifelike_checkpoint::PARTIAL;
 
-use crate::ReportError;
+use crate::{FromInput, ReportError};
 
 /// Writes a file as [`lifelike_checkpoint::write_file`] does: whole or not at all.
 ///
 /// # Errors
-/// [`ReportError::Io`] with the file that failed.
+/// [`ReportError::Input`] with the file that failed.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
     lifelike_checkpoint::write_file(path, bytes).map_err(ReportError::io(path))
 }

@@ -248,7 +248,7 @@ impl ReportBuilder {
     /// Writes the page.
     ///
     /// # Errors
-    /// [`ReportError::Io`].
+    /// [`ReportError::Input`].
     pub fn write(&self, path: &Path) -> Result<(), ReportError> {
         write_atomically(path, self.to_html().as_bytes())
     }

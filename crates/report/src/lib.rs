@@ -40,6 +40,7 @@ pub use chart::{Chart, Series};
 pub use curve::{Curve, curves_from};
 pub use drawing::{Drawing, Panel, Picture};
 pub use error::ReportError;
+use lifelike_checkpoint::FromInput;
 pub use live::LivePage;
 pub use look::RobotLook;
 pub use playback::{BodyPose, Foot, Playback};

@@ -22,7 +22,7 @@ impl LivePage {
     /// Writes a page that is still empty, with the title of `report`.
     ///
     /// # Errors
-    /// [`ReportError::Io`].
+    /// [`ReportError::Input`].
     pub fn begin(folder: &Path, report: &ReportBuilder) -> Result<Self, ReportError> {
         let live = Self { folder: folder.to_path_buf(), motion: 0 };
         live.show(report, false)?;
@@ -39,7 +39,7 @@ impl LivePage {
     /// Shows facts and curves; with `done` the page stops asking for more.
     ///
     /// # Errors
-    /// [`ReportError::Io`].
+    /// [`ReportError::Input`].
     pub fn show(&self, report: &ReportBuilder, done: bool) -> Result<(), ReportError> {
         write_atomically(&self.folder.join(STATE), report.state(self.motion, done).as_bytes())
     }
@@ -47,7 +47,7 @@ impl LivePage {
     /// Shows the playbacks of a report in place of those before, from the next [`Self::show`] on.
     ///
     /// # Errors
-    /// [`ReportError::Io`].
+    /// [`ReportError::Input`].
     pub fn show_motion(&mut self, report: &ReportBuilder) -> Result<(), ReportError> {
         write_atomically(&self.folder.join(MOTION), report.motion().as_bytes())?;
         self.motion += 1;

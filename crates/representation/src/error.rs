@@ -6,16 +6,9 @@ use lifelike_train::PlanError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RepresentationError {
-    /// Two things that must fit each other do not.
-    #[error("{what}: expected {expected}, got {got}")]
-    Mismatch {
-        /// The things compared.
-        what: String,
-        /// The expected value.
-        expected: String,
-        /// The value found.
-        got: String,
-    },
+    /// A file or an input that cannot be used.
+    #[error(transparent)]
+    Input(#[from] lifelike_checkpoint::InputError),
     /// A plan asks for something impossible.
     #[error(transparent)]
     Plan(#[from] PlanError),

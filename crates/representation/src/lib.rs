@@ -16,6 +16,7 @@ pub mod spline_transformer;
 pub mod standardizer;
 
 pub use error::RepresentationError;
+use lifelike_checkpoint::FromInput;
 pub use prior::{MotionPrior, PriorClip, PriorPlan, WindowPlan};
 
 /// The README's examples, run as tests.

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::StudioError;
 use crate::operation::Operation;
 use crate::scene::Scene;
+use crate::{FromInput, StudioError};
 
 /// The difference of two texts: at a place, one part for another.
 #[derive(Debug, Clone)]
@@ -114,7 +114,7 @@ impl Document {
     /// Saves: a crash at any moment leaves the old content or the new.
     ///
     /// # Errors
-    /// [`StudioError::Io`] where the file cannot be written.
+    /// [`StudioError::Input`] where the file cannot be written.
     pub fn save(&self) -> Result<(), StudioError> {
         lifelike_checkpoint::write_file(&self.path, self.text.as_bytes()).map_err(StudioError::io(&self.path))
     }

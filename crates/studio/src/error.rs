@@ -1,19 +1,12 @@
 //! Errors of scenes and of the studio.
 
-use std::path::{Path, PathBuf};
-
 /// Errors of scenes and of the studio.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StudioError {
-    /// A file cannot be read or written.
-    #[error("{path}: {source}")]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// The reason.
-        source: std::io::Error,
-    },
+    /// A file or an input that cannot be used.
+    #[error(transparent)]
+    Input(#[from] lifelike_checkpoint::InputError),
     /// A scene that is not in the expected form.
     #[error("{place}: {message}")]
     Scene {
@@ -48,12 +41,6 @@ pub enum StudioError {
 }
 
 impl StudioError {
-    /// Returns a closure for `map_err` on file operations.
-    pub(crate) fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
-        let path = path.to_path_buf();
-        move |source| Self::Io { path, source }
-    }
-
     /// Returns a closure for `map_err` on the motion of a block.
     pub(crate) fn block<E: std::fmt::Display>(id: &str) -> impl FnOnce(E) -> Self {
         let id = id.to_string();

@@ -6,9 +6,9 @@ use lifelike_motion::container;
 use lifelike_motion::{formats, keyframes};
 use lifelike_robot::clips;
 
-use crate::StudioError;
 use crate::scene::Scene;
 use crate::stage::Stage;
+use crate::{FromInput, StudioError};
 
 /// Folder of dropped files, below that of the scene.
 const DROPPED: &str = "dropped";

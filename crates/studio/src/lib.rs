@@ -43,6 +43,7 @@ mod workshop;
 pub use document::Document;
 pub use edits::{Edit, PointGain};
 pub use error::StudioError;
+use lifelike_checkpoint::FromInput;
 pub use live::{Down, Live, Said, Status};
 pub use operation::Operation;
 pub use performer::Fall;

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::StudioError;
 use crate::edits::{Edit, PointGain, within};
+use crate::{FromInput, StudioError};
 
 #[cfg(test)]
 mod tests;
@@ -206,7 +206,7 @@ impl Scene {
     /// Reads a scene file.
     ///
     /// # Errors
-    /// [`StudioError::Io`], and [`StudioError::Scene`] with file and line.
+    /// [`StudioError::Input`], and [`StudioError::Scene`] with file and line.
     pub fn load(path: &Path) -> Result<Self, StudioError> {
         let text = std::fs::read_to_string(path).map_err(StudioError::io(path))?;
         Self::parse(&text, &path.display().to_string())

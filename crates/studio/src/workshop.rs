@@ -16,10 +16,10 @@ use lifelike_robot::reference::standing_clip;
 use lifelike_robot::{Robot, clips};
 use serde::Serialize;
 
-use crate::StudioError;
 use crate::edited::{FADE, edited, fading};
 use crate::scene::{Block, Scene};
 use crate::sentence::Understood;
+use crate::{FromInput, StudioError};
 
 /// A sentence goes on from the last seconds of the motion before it (s).
 pub(crate) const OVERLAP: f64 = 0.6;
@@ -328,7 +328,7 @@ fn append(
 /// Returns a path below a folder, links resolved.
 ///
 /// # Errors
-/// [`StudioError::Operation`] for a path that leads elsewhere, [`StudioError::Io`] for one that is missing.
+/// [`StudioError::Operation`] for a path that leads elsewhere, [`StudioError::Input`] for one that is missing.
 pub(crate) fn inside(folder: &Path, path: &Path) -> Result<PathBuf, StudioError> {
     let root = folder.canonicalize().map_err(StudioError::io(folder))?;
     let whole = root.join(path);

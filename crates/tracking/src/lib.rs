@@ -32,6 +32,7 @@ pub use environment::{Environment, Start};
 pub use episode::Episode;
 pub use error::TrackerError;
 pub use get_up::{GetUpPlan, GetUpSearch};
+use lifelike_checkpoint::FromInput;
 pub use lifelike_train::StepOutcome;
 pub use plan::TrackerPlan;
 pub use policy::Policy;

@@ -18,10 +18,10 @@ pub use self::sensors::SensorSpec;
 pub use self::teachers::TeacherSpec;
 pub(crate) use self::teachers::teachers_of;
 pub use self::terrain::TerrainSpec;
-use crate::TrackerError;
 pub use crate::reference::RsiSpec;
 use crate::rewards::Reward;
 pub use crate::terminations::{Persistent, Termination};
+use crate::{FromInput, TrackerError};
 use lifelike_train::limits::wrong;
 use lifelike_train::plan;
 pub use lifelike_train::ppo::{NetworkSpec, PpoSpec};
@@ -231,14 +231,11 @@ impl TrackerPlan {
     /// Reads and checks a plan.
     ///
     /// # Errors
-    /// [`TrackerError::Io`], [`TrackerError::Format`] with line and column, [`TrackerError::Plan`] for a value out of range.
+    /// [`TrackerError::Input`] with line and column, [`TrackerError::Plan`] for a value out of range.
     pub fn read(path: &Path) -> Result<Self, TrackerError> {
         let text = std::fs::read_to_string(path).map_err(TrackerError::io(path))?;
-        let plan: Self = toml::from_str(&text).map_err(|e| TrackerError::Format {
-            path: path.display().to_string(),
-            expected: "a tracker plan".into(),
-            got: e.to_string(),
-        })?;
+        let plan: Self =
+            toml::from_str(&text).map_err(|e| TrackerError::format(path.display(), "a tracker plan", e))?;
         plan.check()?;
         Ok(plan)
     }

@@ -11,7 +11,7 @@ use lifelike_nn::normalizer::RunningNormalizer;
 use lifelike_robot::controller::{ControllerHeader, PriorEncoder};
 use lifelike_robot::{Controller, ControllerFile, Robot};
 
-use crate::TrackerError;
+use crate::{FromInput, TrackerError};
 use lifelike_train::networks::{Actor, Critic};
 use lifelike_train::ppo::SavedNetworks;
 
@@ -70,11 +70,8 @@ impl Policy {
     pub fn outputs(&self, mut observations: Vec<f32>) -> Result<Vec<f32>, TrackerError> {
         let width = self.header.observation.size();
         if !observations.len().is_multiple_of(width) {
-            return Err(TrackerError::Mismatch {
-                what: "observations".into(),
-                expected: format!("rows of {width} numbers"),
-                got: format!("{} numbers", observations.len()),
-            });
+            let expected = format!("rows of {width} numbers");
+            return Err(TrackerError::mismatch("observations", expected, format!("{} numbers", observations.len())));
         }
         self.normalizer.normalize(&mut observations);
         Ok(self.actor.means(&observations))

@@ -14,7 +14,7 @@ use super::environment::Environment;
 use super::plan::TrackerPlan;
 use super::policy::Policy;
 use super::progress::{ClipProgress, TrackerMetrics};
-use crate::TrackerError;
+use crate::{FromInput, TrackerError};
 use lifelike_train::collective::{Alone, Collective};
 use lifelike_train::ppo::{Iteration, Learner};
 
@@ -107,11 +107,9 @@ impl Trainer {
         for (teacher, spec) in teachers.iter().zip(&self.plan.teachers) {
             let (latent, prior) = (teacher.observation().reference.latent, &teacher.header().provenance.prior);
             if latent > 0 && *prior != self.prior_digest {
-                return Err(TrackerError::Mismatch {
-                    what: format!("motion prior of the teacher {}", spec.policy.display()),
-                    expected: format!("the plan's (SHA-256 {})", self.prior_digest),
-                    got: format!("SHA-256 {prior}"),
-                });
+                let what = format!("motion prior of the teacher {}", spec.policy.display());
+                let expected = format!("the plan's (SHA-256 {})", self.prior_digest);
+                return Err(TrackerError::mismatch(what, expected, format!("SHA-256 {prior}")));
             }
         }
         self.teachers = teachers.iter().map(|teacher| teacher.header().provenance.policy.clone()).collect();
@@ -205,11 +203,8 @@ impl Trainer {
     pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), TrackerError> {
         let plan: TrackerPlan = checkpoint.meta("plan")?;
         if plan != self.resumable_plan() {
-            return Err(TrackerError::Mismatch {
-                what: format!("{}: plan", checkpoint.origin()),
-                expected: "the plan of this run".into(),
-                got: "another (only budget and checkpoint_every may change)".into(),
-            });
+            let got = "another (only budget and checkpoint_every may change)";
+            return Err(TrackerError::mismatch(format!("{}: plan", checkpoint.origin()), "the plan of this run", got));
         }
         let progress = checkpoint.u64s("progress", &[2])?;
         self.learner.load(checkpoint, "learner")?;

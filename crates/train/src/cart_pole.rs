@@ -4,7 +4,7 @@ use lifelike_checkpoint::rng::stream;
 use rand::Rng;
 
 use crate::environment::{StepOutcome, VectorEnvironment};
-use crate::error::TrainError;
+use crate::{FromInput, TrainError};
 
 const GRAVITY: f64 = 9.8;
 const CART_MASS: f64 = 1.0;
@@ -96,11 +96,7 @@ impl VectorEnvironment for CartPole {
 
     fn step(&mut self, actions: &[f32], outcome: &mut StepOutcome) -> Result<(), TrainError> {
         if actions.len() != self.states.len() {
-            return Err(TrainError::Mismatch {
-                what: "actions".into(),
-                expected: self.states.len().to_string(),
-                got: actions.len().to_string(),
-            });
+            return Err(TrainError::mismatch("actions", self.states.len(), actions.len()));
         }
         outcome.clear();
         for (i, action) in actions.iter().enumerate() {

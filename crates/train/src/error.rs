@@ -9,16 +9,9 @@ pub const DIVERGED: u64 = 100;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrainError {
-    /// Two things that must fit each other do not.
-    #[error("{what}: expected {expected}, got {got}")]
-    Mismatch {
-        /// The things compared.
-        what: String,
-        /// The expected value.
-        expected: String,
-        /// The value found.
-        got: String,
-    },
+    /// A file or an input that cannot be used.
+    #[error(transparent)]
+    Input(#[from] lifelike_checkpoint::InputError),
     /// The training learns nothing any more.
     #[error(
         "iteration {iteration}: expected gradients that are finite, got none for {DIVERGED} iterations; try a smaller learning rate"

@@ -41,6 +41,7 @@ mod task;
 
 pub use environment::{StepOutcome, VectorEnvironment};
 pub use error::TrainError;
+use lifelike_checkpoint::FromInput;
 pub use limits::PlanError;
 pub use log_schedule::LogSchedule;
 pub use records::{RewardRecords, StepEnd};

@@ -2,8 +2,8 @@
 
 use lifelike_checkpoint::Checkpoint;
 
-use crate::TrainError;
 use crate::gae::{Discounts, advantages};
+use crate::{FromInput, TrainError};
 
 /// Consequence of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -131,10 +131,12 @@ impl RewardRecords {
         let narrow = |name: &str, below: u64| -> Result<Vec<u32>, TrainError> {
             let numbers = file.u64s(&format!("{prefix}.{name}"), &shape)?;
             let wrong = numbers.iter().find(|x| **x >= below);
-            let mismatch = |got: &u64| TrainError::Mismatch {
-                what: format!("{}: {prefix}.{name}", file.origin()),
-                expected: format!("numbers below {below}"),
-                got: got.to_string(),
+            let mismatch = |got: &u64| {
+                TrainError::mismatch(
+                    format!("{}: {prefix}.{name}", file.origin()),
+                    format!("numbers below {below}"),
+                    got,
+                )
             };
             wrong.map_or(Ok(()), |got| Err(mismatch(got)))?;
             Ok(numbers.into_iter().map(|x| x as u32).collect())
@@ -143,10 +145,8 @@ impl RewardRecords {
         let frame = narrow("frame", u64::from(u32::MAX))?;
         let ends = file.u8s(&format!("{prefix}.end"), &shape)?;
         let end = |byte: u8| StepEnd::ALL.get(usize::from(byte)).copied();
-        let end = ends.into_iter().map(end).collect::<Option<Vec<_>>>().ok_or_else(|| TrainError::Mismatch {
-            what: format!("{}: {prefix}.end", file.origin()),
-            expected: "numbers from 0 to 3".into(),
-            got: "others".into(),
+        let end = ends.into_iter().map(end).collect::<Option<Vec<_>>>().ok_or_else(|| {
+            TrainError::mismatch(format!("{}: {prefix}.end", file.origin()), "numbers from 0 to 3", "others")
         })?;
         let reward = file.f32s(&format!("{prefix}.reward"), &shape)?;
         Ok(Self { names, rate, environments, sequence, frame, reward, end })

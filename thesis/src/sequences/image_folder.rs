@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use lifelike_checkpoint::FromInput;
 use lifelike_motion::dataset::find_files;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
@@ -38,9 +39,9 @@ impl ImageFolder {
         let files = ["train", "test"].map(|part| {
             let part = folder.join(part);
             if !part.is_dir() {
-                let expected = "a folder with the folders train and test, of PNG or JPEG images".into();
-                let (path, got) = (folder.display().to_string(), format!("no folder {}", part.display()));
-                return Err(SequencesError::Format { path, expected, got });
+                let expected = "a folder with the folders train and test, of PNG or JPEG images";
+                let got = format!("no folder {}", part.display());
+                return Err(SequencesError::format(folder.display(), expected, got));
             }
             Ok(find_files(&[part], is_image)?)
         });
@@ -54,11 +55,8 @@ impl ImageFolder {
                 return Ok(image.rgb);
             }
             let said = |[rows, columns]: [usize; 2]| format!("{columns} x {rows} pixels");
-            Err(SequencesError::Format {
-                path: path.display().to_string(),
-                expected: format!("{}, the size of {}", said(size), first.display()),
-                got: said(image.size),
-            })
+            let expected = format!("{}, the size of {}", said(size), first.display());
+            Err(SequencesError::format(path.display(), expected, said(image.size)))
         };
         let [train, test] = [&train, &test].map(|files| files.par_iter().map(read).collect::<Result<Vec<_>, _>>());
         let (train, test) = (train?, test?);

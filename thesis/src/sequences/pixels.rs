@@ -3,6 +3,7 @@
 use std::panic::catch_unwind;
 use std::path::Path;
 
+use lifelike_checkpoint::FromInput;
 use zune_core::bytestream::ZCursor;
 use zune_core::colorspace::ColorSpace;
 use zune_core::options::DecoderOptions;
@@ -36,11 +37,9 @@ pub(super) fn read(path: &Path) -> Result<Pixels, SequencesError> {
         [0x89, b'P', b'N', b'G', ..] => catch_unwind(|| png(&bytes)),
         _ => Ok(Err("something else".into())),
     };
-    decoded.unwrap_or_else(|_| Err("a broken one".into())).map_err(|got| SequencesError::Format {
-        path: path.display().to_string(),
-        expected: "an image as PNG or JPEG".into(),
-        got,
-    })
+    decoded
+        .unwrap_or_else(|_| Err("a broken one".into()))
+        .map_err(|got| SequencesError::format(path.display(), "an image as PNG or JPEG", got))
 }
 
 fn jpeg(bytes: &[u8]) -> Result<Pixels, String> {

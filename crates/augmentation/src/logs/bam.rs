@@ -15,7 +15,7 @@ use lifelike_sim::trace::{BlockTrace, Columns, Trace};
 use super::clock::Clock;
 use super::load::{self, LoadUnit};
 use super::{bench_checks, bench_table};
-use crate::AugmentationError;
+use crate::{AugmentationError, FromInput};
 
 /// Units of a Dynamixel's duty of 1.
 pub(crate) const DYNAMIXEL_DUTY_UNITS: f64 = 885.0;
@@ -151,7 +151,7 @@ impl BenchLog {
     /// Reads a log: BAM's JSON, or a table (`.csv`).
     ///
     /// # Errors
-    /// [`AugmentationError::Io`]; [`AugmentationError::Log`] with line or entry for what is no such log: missing keys, numbers that
+    /// [`AugmentationError::Input`]; [`AugmentationError::Log`] with line or entry for what is no such log: missing keys, numbers that
     /// are not finite, times that do not rise, gaps, and numbers of another unit or sign.
     pub fn read(path: &Path) -> Result<Self, AugmentationError> {
         let text = std::fs::read_to_string(path).map_err(AugmentationError::io(path))?;

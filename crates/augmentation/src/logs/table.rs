@@ -21,7 +21,7 @@ use lifelike_sim::trace::{BlockTrace, Columns, Trace};
 
 use super::clock::Clock;
 use super::{bag, table_checks};
-use crate::AugmentationError;
+use crate::{AugmentationError, FromInput};
 
 /// A map of a table's columns.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -186,7 +186,7 @@ impl Table {
 
 /// Reads a table: a bag of ROS 2 (`*.mcap`), or comma-separated values.
 ///
-/// # Errors [`AugmentationError::Io`]; [`AugmentationError::Log`] with the place: a missing column, a cell that is no
+/// # Errors [`AugmentationError::Input`]; [`AugmentationError::Log`] with the place: a missing column, a cell that is no
 /// finite number, time that does not rise, a gap, a wrong step, an impossible number.
 pub fn read(path: &Path, map: &TableMap) -> Result<Trace, AugmentationError> {
     let measured = map.block.values().flat_map(|block| block.measured.values());

@@ -4,7 +4,7 @@ use lifelike_character::rotation::from_wxyz;
 use lifelike_character::{Quat, Vec3};
 use lifelike_sim::trace::{BlockTrace, Columns, FRAME, Trace};
 
-use crate::AugmentationError;
+use crate::{AugmentationError, FromInput};
 
 /// Axes of a body's state, forces and errors, as the network reads and predicts them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
@@ -24,7 +24,7 @@ impl Frame {
     /// Returns the poses that a block's numbers are expressed in; none for the world's axes and for blocks that are no bodies.
     ///
     /// # Errors
-    /// [`AugmentationError::Mismatch`] for a body whose trace has no pose of its parent.
+    /// [`AugmentationError::Input`] for a body whose trace has no pose of its parent.
     pub(super) fn poses(self, block: &BlockTrace) -> Result<Option<Vec<Pose>>, AugmentationError> {
         if self == Self::World || block.simulated.index("position_x").is_none() {
             return Ok(None);
@@ -77,7 +77,7 @@ impl Frame {
 /// Returns a trace with all blocks of a class in their parents' frames.
 ///
 /// # Errors
-/// [`AugmentationError::Mismatch`] for a body whose trace has no pose of its parent.
+/// [`AugmentationError::Input`] for a body whose trace has no pose of its parent.
 pub fn in_parents(trace: &Trace, class: &str) -> Result<Trace, AugmentationError> {
     let mut local = trace.clone();
     for block in local.blocks.iter_mut().filter(|block| block.class == class) {

@@ -3,7 +3,7 @@
 use lifelike_sim::trace::{BlockTrace, Columns, Selected};
 
 use super::frame::{Frame, vectors};
-use crate::AugmentationError;
+use crate::{AugmentationError, FromInput};
 
 /// Origin of a number of a row.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -90,7 +90,7 @@ impl Inputs {
     /// that are measured where it is empty.
     ///
     /// # Errors
-    /// [`AugmentationError::Mismatch`] where an output is not measured, or nothing is.
+    /// [`AugmentationError::Input`] where an output is not measured, or nothing is.
     pub fn of(block: &BlockTrace, rate: f64, outputs: &[String], radii: &[f64]) -> Result<Self, AugmentationError> {
         let mut fields: Vec<Field> = block.simulated.names.iter().cloned().map(Field::State).collect();
         fields.extend(block.force.names.iter().cloned().map(Field::Force));
@@ -122,7 +122,7 @@ impl Inputs {
     /// Expresses bodies in another frame.
     ///
     /// # Errors
-    /// [`AugmentationError::Mismatch`] for outputs that are single coordinates of a body: they cannot be turned.
+    /// [`AugmentationError::Input`] for outputs that are single coordinates of a body: they cannot be turned.
     pub fn in_frame(self, frame: Frame) -> Result<Self, AugmentationError> {
         let names: Vec<&str> = self.outputs();
         let is_body = self.fields.iter().any(|field| field.name() == "position_x");
@@ -141,7 +141,7 @@ impl Inputs {
     /// Returns the numbers of a row, in SI units, of all steps.
     ///
     /// # Errors
-    /// [`AugmentationError::Mismatch`] for a block that lacks a column.
+    /// [`AugmentationError::Input`] for a block that lacks a column.
     pub fn rows(&self, block: &BlockTrace) -> Result<Vec<f32>, AugmentationError> {
         let block = &self.frame.of(block)?;
         let columns = self.fields.iter().map(|field| self.column(block, field)).collect::<Result<Vec<_>, _>>()?;
@@ -178,7 +178,7 @@ impl Inputs {
     /// Returns Δs̄ of the predicted columns, in SI units; empty where nothing was measured.
     ///
     /// # Errors
-    /// [`AugmentationError::Mismatch`] for a block that measured other things.
+    /// [`AugmentationError::Input`] for a block that measured other things.
     pub fn error(&self, block: &BlockTrace) -> Result<Vec<f32>, AugmentationError> {
         if block.measured.names.is_empty() {
             return Ok(Vec::new());
@@ -196,7 +196,7 @@ impl Inputs {
     /// Returns a block in units of the scales.
     ///
     /// # Errors
-    /// [`AugmentationError::Mismatch`] for a block of another class or with other columns.
+    /// [`AugmentationError::Input`] for a block of another class or with other columns.
     pub fn sequence(&self, run: &str, block: &BlockTrace, scales: &Scales) -> Result<Sequence, AugmentationError> {
         if block.class != self.class {
             let what = format!("class of '{}'", block.name);

@@ -23,7 +23,7 @@ use lifelike_sim::trace::Trace;
 
 use super::inverse::{Goal, Inverse};
 use super::{FIRST, TURN, commands, held};
-use crate::AugmentationError;
+use crate::{AugmentationError, FromInput};
 
 /// Ending of the files' names.
 pub const EXTENSION: &str = ".poses.toml";
@@ -59,8 +59,7 @@ const COORDINATES: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
 /// # Errors
 /// The file, and what in it is not as it should be: times out of order, joints and bodies that the robot has not.
 pub fn load(path: &Path, robot: &Robot, seconds: f64, speed: f64) -> Result<Trace, AugmentationError> {
-    let text =
-        std::fs::read_to_string(path).map_err(|source| AugmentationError::Io { path: path.to_path_buf(), source })?;
+    let text = std::fs::read_to_string(path).map_err(AugmentationError::io(path))?;
     let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let name = name.strip_suffix(EXTENSION).unwrap_or(&name).to_string();
     parse(&text, path, &name, robot, seconds, speed)

@@ -3,7 +3,7 @@
 use lifelike_robot::Robot;
 use lifelike_sim::trace::Trace;
 
-use crate::AugmentationError;
+use crate::{AugmentationError, FromInput};
 
 /// Cells of the plane of position and velocity, in each direction.
 const CELLS: usize = 10;
@@ -28,7 +28,7 @@ pub struct Coverage {
 /// Measures what runs ask of a robot's joints.
 ///
 /// # Errors
-/// [`AugmentationError::Mismatch`] for runs without targets of a joint.
+/// [`AugmentationError::Input`] for runs without targets of a joint.
 pub fn coverage(robot: &Robot, runs: &[Trace]) -> Result<Vec<Coverage>, AugmentationError> {
     let speeds = robot.speeds();
     let joint = |(j, joint): (usize, &lifelike_character::model::Joint)| {

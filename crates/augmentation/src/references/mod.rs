@@ -15,7 +15,7 @@ use lifelike_character::rotation::Vec3;
 use lifelike_robot::Robot;
 use lifelike_sim::trace::{BlockTrace, Columns, Trace};
 
-use crate::AugmentationError;
+use crate::{AugmentationError, FromInput};
 use inverse::{Goal, Inverse};
 
 /// An angle of one radian counts like a distance of 0.1 m.
@@ -44,7 +44,7 @@ fn commands(name: &str, source: String, robot: &Robot, rows: &[Vec<f64>]) -> Tra
 /// Goals that keep what closes loops through the ground where it is in a robot's default pose.
 ///
 /// # Errors
-/// [`AugmentationError::Mismatch`] for a robot that is not fixed to the world, and a loop that does not go through the ground.
+/// [`AugmentationError::Input`] for a robot that is not fixed to the world, and a loop that does not go through the ground.
 fn held(robot: &Robot) -> Result<Vec<Goal>, AugmentationError> {
     let character: &Character = &robot.character;
     if let Some(root) = character.root_joint() {

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::inverse::{Goal, Inverse};
 use super::{FIRST, bspline, commands, held};
-use crate::AugmentationError;
+use crate::{AugmentationError, FromInput};
 
 /// Distribution of random reference motions.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,7 +42,7 @@ const STEPS: usize = 4;
 /// curves stay within reach.
 ///
 /// # Errors
-/// [`AugmentationError::Mismatch`] for a robot with a free root, and numbers out of range.
+/// [`AugmentationError::Input`] for a robot with a free root, and numbers out of range.
 pub fn draw(robot: &Robot, spec: &RandomSpec) -> Result<Vec<Trace>, AugmentationError> {
     let positive = |[low, high]: [f64; 2]| low > 0.0 && low <= high && high.is_finite();
     for (name, bounds) in [("knots", spec.knots), ("reach", spec.reach)] {

@@ -11,10 +11,10 @@ use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 use super::plan::AugmentationPlan;
-use crate::AugmentationError;
 use crate::augmentation::{Augmentation, AugmentationHeader};
 use crate::loss::Loss;
 use crate::model::{Inputs, Network, SatSizes, Scales, Sequence};
+use crate::{AugmentationError, FromInput};
 
 /// Validation sequences that run side by side.
 const SIDE_BY_SIDE: usize = 12;
@@ -55,7 +55,7 @@ impl AugmentationTrainer {
     /// Returns a fresh network and what it learns from: all blocks of the plan's class, or of the first one's.
     ///
     /// # Errors
-    /// A value of the plan out of its range. [`AugmentationError::Mismatch`] for traces without measured blocks, with
+    /// A value of the plan out of its range. [`AugmentationError::Input`] for traces without measured blocks, with
     /// other columns or another rate, or shorter than a stretch.
     pub fn new(plan: &AugmentationPlan, traces: &[Trace], validation: &[Trace]) -> Result<Self, AugmentationError> {
         plan.check()?;

@@ -7,13 +7,8 @@ use std::path::PathBuf;
 #[non_exhaustive]
 pub enum CheckpointError {
     /// The file cannot be read or written.
-    #[error("{path}: {source}")]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
+    #[error(transparent)]
+    Input(#[from] crate::InputError),
     /// The file ends before, or goes on after, what its header announces.
     #[error("{path}: expected {expected} bytes, got {got} (the file is damaged or was cut off)")]
     Length {

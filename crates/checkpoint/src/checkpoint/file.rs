@@ -8,6 +8,7 @@ use safetensors::{Dtype, SafeTensors, View};
 use sha2::{Digest, Sha256};
 
 use super::{Checkpoint, CheckpointError, Entry, Kind};
+use crate::FromInput;
 
 /// The one metadata key we write. A single key keeps the file's bytes reproducible: the safetensors writer takes its
 /// metadata from a hash map, whose order is random.
@@ -71,9 +72,7 @@ impl Checkpoint {
     /// # Errors
     /// The folder does not exist or cannot be written.
     pub fn save(&self, path: &Path) -> Result<(), CheckpointError> {
-        let io = |source| CheckpointError::Io { path: path.to_path_buf(), source };
-        let bytes = self.to_bytes()?;
-        crate::write_file(path, &bytes).map_err(io)
+        crate::write_file(path, &self.to_bytes()?).map_err(CheckpointError::io(path))
     }
 
     /// Reads a checkpoint.
@@ -81,7 +80,7 @@ impl Checkpoint {
     /// # Errors
     /// Precisely what is wrong: a file cut off, one that is no checkpoint, or one whose contents changed.
     pub fn load(path: &Path) -> Result<Self, CheckpointError> {
-        let bytes = fs::read(path).map_err(|source| CheckpointError::Io { path: path.to_path_buf(), source })?;
+        let bytes = fs::read(path).map_err(CheckpointError::io(path))?;
         Self::from_bytes(&bytes, path)
     }
 

@@ -9,11 +9,11 @@ use lifelike_robot::Robot;
 use lifelike_train::{Budget, Scalar, Schedule, TrainingTask, Validation};
 
 use super::{AlignPlan, Alignment, PhysicsJudge, PhysicsMarks};
-use crate::GenerationError;
 use crate::critic::Critic;
 use crate::data::CaptionedMotion;
 use crate::generator::{FILE, Generator, SampleOptions};
 use crate::training::{GeneratorMetrics, GeneratorTrainer, TrainingData};
+use crate::{FromInput, GenerationError};
 
 /// Denoising steps of the motions that Realism is measured on.
 const STEPS: usize = 10;

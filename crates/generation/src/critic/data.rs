@@ -3,8 +3,8 @@
 use lifelike_train::RewardRecords;
 use sha2::{Digest, Sha256};
 
-use crate::GenerationError;
 use crate::representation::{FeatureMatrix, RepresentationSpec};
+use crate::{FromInput, GenerationError};
 
 /// Other rows of a sequence that the same rewards are learned for: a generated motion before it was put on the ground.
 #[derive(Debug, Clone)]
@@ -36,7 +36,7 @@ impl CriticData {
     /// Checks that records and rows belong together.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] for another number of sequences, rows of another width, a frame beyond a
+    /// [`GenerationError::Input`] for another number of sequences, rows of another width, a frame beyond a
     /// sequence's end, a reward that is not finite, or no record.
     pub fn check(&self) -> Result<(), GenerationError> {
         self.representation.check()?;

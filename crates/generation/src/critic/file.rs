@@ -9,8 +9,8 @@ use super::member::named;
 use super::network::{Bounds, CriticNetwork};
 use super::surrogate::RewardSurrogate;
 use super::windows::PaddedRows;
-use crate::GenerationError;
 use crate::representation::{FeatureMatrix, RepresentationSpec, Standardizer};
+use crate::{FromInput, GenerationError};
 
 /// Ending of the names of critics' files.
 pub const EXTENSION: &str = ".critic.safetensors";
@@ -148,7 +148,7 @@ impl Critic {
     /// Checks that it judges motion of these joints at this rate.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] with both layouts.
+    /// [`GenerationError::Input`] with both layouts.
     pub fn check(&self, representation: &RepresentationSpec) -> Result<(), GenerationError> {
         self.header.representation.expect("rows for the critic", representation)
     }

@@ -1,7 +1,7 @@
 //! Windows of rows, without copies: a motion whose ends are repeated is one array in which every window lies.
 
-use crate::GenerationError;
 use crate::representation::{FeatureMatrix, Standardizer};
+use crate::{FromInput, GenerationError};
 
 /// Standardized rows of one motion; before the first and after the last stand `radius` copies of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,7 +16,7 @@ impl PaddedRows {
     /// Standardizes rows and repeats their ends.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] for rows of another width, or none.
+    /// [`GenerationError::Input`] for rows of another width, or none.
     pub fn new(motion: &FeatureMatrix, standardizer: &Standardizer, radius: usize) -> Result<Self, GenerationError> {
         let width = standardizer.mean.len();
         if motion.width != width || motion.n == 0 {

@@ -7,8 +7,8 @@ use lifelike_nn::transformer::encoder::{Encoder, EncoderPass};
 
 use super::position;
 use super::sizes::DenoiserSizes;
-use crate::GenerationError;
 use crate::text::MAX_TOKENS;
+use crate::{FromInput, GenerationError};
 
 /// One motion to be denoised.
 #[derive(Debug, Clone, Copy)]
@@ -82,7 +82,7 @@ impl Denoiser {
     /// Returns the clean motions, one after the other, `[all motion tokens, motion]`.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] for a motion without whole tokens, or a prompt of other pieces than the network's.
+    /// [`GenerationError::Input`] for a motion without whole tokens, or a prompt of other pieces than the network's.
     pub fn forward(&self, inputs: &[DenoiserInput<'_>]) -> Result<(Vec<f32>, DenoiserPass), GenerationError> {
         let (c, f) = (self.sizes.encoder.width, self.sizes.motion);
         let mut motion = Vec::new();

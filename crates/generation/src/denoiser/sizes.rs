@@ -3,7 +3,7 @@
 use lifelike_nn::rows::{Entry, Init, Layout};
 use lifelike_nn::transformer::encoder::EncoderSizes;
 
-use crate::GenerationError;
+use crate::{FromInput, GenerationError};
 
 /// Form of the prompts that a network takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use lifelike_language::{CaptionedSet, Split};
 use sha2::{Digest, Sha256};
 
-use crate::GenerationError;
 use crate::data::CaptionedMotion;
 use crate::representation::RepresentationSpec;
 use crate::text::prompt;
+use crate::{FromInput, GenerationError};
 
 /// Motions to learn from, and motions to choose by.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,10 +6,10 @@ use lifelike_checkpoint::{Checkpoint, CheckpointError};
 
 use super::network::EvaluatorNetwork;
 use super::plan::EvaluatorPlan;
-use crate::GenerationError;
 use crate::metrics::Embeddings;
 use crate::representation::{FeatureMatrix, RepresentationSpec, Standardizer};
 use crate::text::pieces::WordPieces;
+use crate::{FromInput, GenerationError};
 
 /// Name of the networks in a file.
 pub(super) const NETWORK: &str = "evaluator";
@@ -28,7 +28,7 @@ impl Evaluator {
     /// Checks that it compares motion of these joints at this rate.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] with both layouts.
+    /// [`GenerationError::Input`] with both layouts.
     pub fn check(&self, representation: &RepresentationSpec) -> Result<(), GenerationError> {
         self.spec.expect("rows for the evaluator", representation)
     }
@@ -36,7 +36,7 @@ impl Evaluator {
     /// Embeds motions, of which only the first [`EvaluatorPlan::max_rows`] rows are read.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] for rows of another width, or an embedding that is not finite.
+    /// [`GenerationError::Input`] for rows of another width, or an embedding that is not finite.
     pub fn motions(&self, motions: &[FeatureMatrix]) -> Result<Embeddings, GenerationError> {
         let rows = motions.iter().map(|motion| self.rows(motion, 0)).collect::<Result<Vec<_>, _>>()?;
         Embeddings::new(self.network.motions(&rows), self.plan.width)

@@ -13,10 +13,10 @@ use super::data::{EvaluatorData, caption_kinds};
 use super::file::{Evaluator, NETWORK};
 use super::network::EvaluatorNetwork;
 use super::plan::EvaluatorPlan;
-use crate::GenerationError;
 use crate::metrics::{Scores, TOP};
 use crate::representation::{RepresentationSpec, Standardizer};
 use crate::text::pieces::{UNKNOWN, WordPieces};
+use crate::{FromInput, GenerationError};
 
 /// Name of the best networks in a checkpoint.
 const BEST: &str = "best";

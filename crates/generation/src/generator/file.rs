@@ -8,7 +8,6 @@ use lifelike_robot::Robot;
 use lifelike_robot::controller::RobotDescription;
 
 use super::sample::MIN_SECONDS;
-use crate::GenerationError;
 use crate::denoiser::DenoiserSizes;
 use crate::representation::{RepresentationSpec, Standardizer};
 use crate::space::SpaceKind;
@@ -16,6 +15,7 @@ use crate::text::duration::Durations;
 use crate::text::familiarity::KnownCaptions;
 use crate::text::pieces::WordPieces;
 use crate::training::{GeneratorPlan, TrainingData};
+use crate::{FromInput, GenerationError};
 
 /// Version of the file's layout.
 const VERSION: u32 = 1;
@@ -176,7 +176,7 @@ impl Generator {
     /// Checks that it makes motion for this robot.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] for a robot with other joints. Other gains or limits are only warned about: they
+    /// [`GenerationError::Input`] for a robot with other joints. Other gains or limits are only warned about: they
     /// change what the robot can do, not what the motion means.
     pub fn check_robot(&self, robot: &Robot) -> Result<(), GenerationError> {
         let (own, theirs) = (&self.header.spec.joint_names, &robot.layout.joints);

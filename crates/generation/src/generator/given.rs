@@ -1,9 +1,9 @@
 //! Parts of a motion that are given before it is made: its beginning, some of its columns throughout, or poses at moments.
 
 use super::Generator;
-use crate::GenerationError;
 use crate::diffusion::Known;
 use crate::representation::{FeatureMatrix, RepresentationSpec};
+use crate::{FromInput, GenerationError};
 
 /// Parts of a motion that are given before it is made.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,7 +34,7 @@ impl Given {
     /// Returns these joints of a motion as given, and its root where asked for.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] for a joint that the rows have not.
+    /// [`GenerationError::Input`] for a joint that the rows have not.
     pub fn joints(
         motion: FeatureMatrix,
         spec: &RepresentationSpec,
@@ -116,7 +116,7 @@ impl Pose {
 /// into the second, evenly.
 ///
 /// # Errors
-/// [`GenerationError::Mismatch`] for rows of different widths, or an overlap longer than one of them.
+/// [`GenerationError::Input`] for rows of different widths, or an overlap longer than one of them.
 pub fn join(before: &FeatureMatrix, next: &FeatureMatrix, overlap: usize) -> Result<FeatureMatrix, GenerationError> {
     let width = before.width;
     if next.width != width {

@@ -7,13 +7,13 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
 use super::{Generator, Given, grounded};
-use crate::GenerationError;
 use crate::align::by_tokens;
 use crate::critic::RewardSurrogate;
 use crate::denoiser::{Denoiser, DenoiserInput};
 use crate::diffusion::{Sampler, Schedule, guide};
 use crate::representation::FeatureMatrix;
 use crate::space::MotionSpace;
+use crate::{FromInput, GenerationError};
 
 /// Motions that pass through the network at once on one core: a single one is told and free on two.
 const PART: usize = 1;
@@ -62,7 +62,7 @@ impl Generator {
     /// Returns motions of a sentence. Candidate i is the same whatever their number.
     ///
     /// # Errors
-    /// [`GenerationError::Prompt`] for a text that is no sentence, [`GenerationError::Mismatch`] for a duration,
+    /// [`GenerationError::Prompt`] for a text that is no sentence, [`GenerationError::Input`] for a duration,
     /// number of steps, weight or number of candidates out of range.
     pub fn sample(&self, prompt: &str, options: &SampleOptions) -> Result<Vec<Generated>, GenerationError> {
         self.sample_towards(prompt, options, None)

@@ -1,6 +1,6 @@
 //! Rows of numbers that stand for motions or sentences.
 
-use crate::GenerationError;
+use crate::{FromInput, GenerationError};
 
 /// Embeddings of several motions or sentences, `[n, width]`, row-major.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,7 +13,7 @@ impl Embeddings {
     /// Returns embeddings of this width.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] for numbers that make no whole rows, or that are not all finite.
+    /// [`GenerationError::Input`] for numbers that make no whole rows, or that are not all finite.
     pub fn new(numbers: Vec<f32>, width: usize) -> Result<Self, GenerationError> {
         if width == 0 || !numbers.len().is_multiple_of(width) {
             let expected = format!("rows of {width}");

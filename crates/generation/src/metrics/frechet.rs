@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::embeddings::Embeddings;
-use crate::GenerationError;
+use crate::{FromInput, GenerationError};
 
 /// Mean and covariance of embeddings.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,7 +16,7 @@ impl Gaussian {
     /// Returns the moments of embeddings; the covariance is the unbiased one.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] for fewer than two rows.
+    /// [`GenerationError::Input`] for fewer than two rows.
     pub fn of(embeddings: &Embeddings) -> Result<Self, GenerationError> {
         embeddings.fits(embeddings, 2)?;
         let (n, width) = (embeddings.len(), embeddings.width());
@@ -34,7 +34,7 @@ impl Gaussian {
 /// appears: fewer embeddings than numbers in one are allowed (and bias the distance upwards).
 ///
 /// # Errors
-/// [`GenerationError::Mismatch`] for embeddings of different widths.
+/// [`GenerationError::Input`] for embeddings of different widths.
 pub fn frechet_distance(a: &Gaussian, b: &Gaussian) -> Result<f64, GenerationError> {
     if a.mean.len() != b.mean.len() {
         return Err(GenerationError::mismatch("width of embeddings", a.mean.len(), b.mean.len()));

@@ -4,7 +4,7 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::embeddings::{Embeddings, distance};
-use crate::GenerationError;
+use crate::{FromInput, GenerationError};
 
 /// Motions that a sentence is compared with, its own included.
 pub const POOL: usize = 32;
@@ -25,7 +25,7 @@ impl Retrieval {
     /// encoder that gives one number for everything finds nothing.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] for embeddings of different sizes, no pool, or a row that is not there.
+    /// [`GenerationError::Input`] for embeddings of different sizes, no pool, or a row that is not there.
     pub fn of(text: &Embeddings, motion: &Embeddings, pools: &[Vec<usize>]) -> Result<Self, GenerationError> {
         let asked: usize = pools.iter().map(Vec::len).sum();
         if asked == 0 {

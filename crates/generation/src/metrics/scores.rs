@@ -7,7 +7,7 @@ use super::frechet::{Gaussian, frechet_distance};
 use super::interval::Interval;
 use super::retrieval::{POOL, Retrieval, TOP, pools};
 use super::variety::{DIVERSITY_PAIRS, MULTIMODALITY_PAIRS, diversity, multimodality};
-use crate::GenerationError;
+use crate::{FromInput, GenerationError};
 
 /// Motions of one repetition with their sentences; row i of text and motion belongs together.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,7 +49,7 @@ impl Scores {
     /// same. Pools and pairs are addressed by seed and repetition, so methods of one seed meet the same ones.
     ///
     /// # Errors
-    /// As `sample`; [`GenerationError::Mismatch`] for embeddings that do not fit each other or the reference.
+    /// As `sample`; [`GenerationError::Input`] for embeddings that do not fit each other or the reference.
     pub fn of(
         reference: Option<&Gaussian>,
         repetitions: u64,

@@ -4,7 +4,7 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::embeddings::{Embeddings, distance};
-use crate::GenerationError;
+use crate::{FromInput, GenerationError};
 
 /// Pairs of a diversity, as Guo et al. take them.
 pub const DIVERSITY_PAIRS: usize = 300;
@@ -15,7 +15,7 @@ pub const MULTIMODALITY_PAIRS: usize = 10;
 /// rows than `pairs`, all of them are drawn.
 ///
 /// # Errors
-/// [`GenerationError::Mismatch`] for fewer than two rows.
+/// [`GenerationError::Input`] for fewer than two rows.
 pub fn diversity(embeddings: &Embeddings, pairs: usize, rng: &mut ChaCha8Rng) -> Result<f64, GenerationError> {
     embeddings.fits(embeddings, 2)?;
     let (sum, count) = drawn(embeddings, 0..embeddings.len(), pairs, rng);
@@ -28,7 +28,7 @@ pub fn diversity(embeddings: &Embeddings, pairs: usize, rng: &mut ChaCha8Rng) ->
 /// `embeddings: [sentences * each, width]`, the motions of a sentence one after the other.
 ///
 /// # Errors
-/// [`GenerationError::Mismatch`] for rows that make no whole sentences, or fewer than two motions of each.
+/// [`GenerationError::Input`] for rows that make no whole sentences, or fewer than two motions of each.
 pub fn multimodality(
     embeddings: &Embeddings,
     each: usize,

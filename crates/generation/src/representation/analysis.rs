@@ -17,7 +17,7 @@ impl FeatureMatrix {
     /// row repeats them. Joint velocities are the clip's difference over one row's time around it.
     ///
     /// # Errors
-    /// [`MotionError::Unfit`] for an inconsistent clip, [`GenerationError::Mismatch`] for other joints than the spec's.
+    /// [`MotionError::Unfit`] for an inconsistent clip, [`GenerationError::Input`] for other joints than the spec's.
     pub fn from_clip(clip: &MotionClip, spec: &RepresentationSpec) -> Result<Self, GenerationError> {
         clip.check()?;
         spec.check()?;

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use lifelike_motion::FeatureLayout;
 
-use crate::GenerationError;
+use crate::{FromInput, GenerationError};
 
 /// Layout of a row: rate and joints.
 ///
@@ -66,7 +66,7 @@ impl RepresentationSpec {
     /// Checks that `what` is for motion of this layout.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] with both layouts.
+    /// [`GenerationError::Input`] with both layouts.
     pub fn expect(&self, what: &str, other: &Self) -> Result<(), GenerationError> {
         if self == other {
             return Ok(());
@@ -78,7 +78,7 @@ impl RepresentationSpec {
     /// Checks rate and names.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] for a rate that is not positive or a name that stands twice.
+    /// [`GenerationError::Input`] for a rate that is not positive or a name that stands twice.
     pub fn check(&self) -> Result<(), GenerationError> {
         if !(self.fps.is_finite() && self.fps > 0.0) {
             return Err(GenerationError::mismatch("rate of the representation", "a positive number", self.fps));
@@ -106,7 +106,7 @@ impl FeatureMatrix {
     /// Returns rows of this width.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] for numbers that make no whole rows.
+    /// [`GenerationError::Input`] for numbers that make no whole rows.
     pub fn new(rows: Vec<f32>, width: usize) -> Result<Self, GenerationError> {
         if width == 0 || !rows.len().is_multiple_of(width) {
             let what = "numbers of a feature matrix";

@@ -3,7 +3,7 @@
 use lifelike_representation::standardizer::Moments;
 
 use super::FeatureMatrix;
-use crate::GenerationError;
+use crate::{FromInput, GenerationError};
 
 /// Mean and standard deviation of each column.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -22,7 +22,7 @@ impl Standardizer {
     /// Returns the statistics of all rows together.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] for no rows, or rows of different widths.
+    /// [`GenerationError::Input`] for no rows, or rows of different widths.
     pub fn of<'a>(motions: impl IntoIterator<Item = &'a FeatureMatrix>, floor: f64) -> Result<Self, GenerationError> {
         let mut motions = motions.into_iter().peekable();
         let width = motions.peek().map_or(0, |first| first.width);

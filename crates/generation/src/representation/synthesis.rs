@@ -5,7 +5,7 @@ use lifelike_character::{Quat, Vec3};
 use lifelike_motion::{MotionClip, Provenance};
 
 use super::{FeatureMatrix, RepresentationSpec};
-use crate::GenerationError;
+use crate::{FromInput, GenerationError};
 
 impl FeatureMatrix {
     /// Returns the rows as a clip of `fps` frames per second that begins above the origin with heading 0:
@@ -15,7 +15,7 @@ impl FeatureMatrix {
     /// of joints are not needed. Feet are not touched: see `representation::grounded`.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] for no row, rows of another width, a number that is not finite, or a bad rate.
+    /// [`GenerationError::Input`] for no row, rows of another width, a number that is not finite, or a bad rate.
     pub fn to_clip(&self, spec: &RepresentationSpec, name: &str, fps: f64) -> Result<MotionClip, GenerationError> {
         spec.check()?;
         if self.width != spec.width() || self.n == 0 || self.rows.len() != self.n * self.width {

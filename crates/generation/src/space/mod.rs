@@ -4,8 +4,8 @@
 
 mod basis;
 
-use crate::GenerationError;
 use crate::representation::{FeatureMatrix, RepresentationSpec};
+use crate::{FromInput, GenerationError};
 use basis::Basis;
 
 /// The kind of tokens.
@@ -78,7 +78,7 @@ impl MotionSpace {
     /// Returns a motion's tokens, `[tokens, width]`.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] for rows of another width, or none.
+    /// [`GenerationError::Input`] for rows of another width, or none.
     pub fn encode(&self, motion: &FeatureMatrix) -> Result<Vec<f32>, GenerationError> {
         self.check(motion)?;
         let Some(basis) = self.basis(motion.n) else { return Ok(motion.rows.clone()) };
@@ -91,7 +91,7 @@ impl MotionSpace {
     /// The others are what it leads to by itself, to be replaced.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] for rows of another width, none, or more than the motion has.
+    /// [`GenerationError::Input`] for rows of another width, none, or more than the motion has.
     pub fn beginning(&self, rows: &FeatureMatrix, of: usize) -> Result<(Vec<f32>, usize), GenerationError> {
         self.check(rows)?;
         if rows.n > of {
@@ -119,7 +119,7 @@ impl MotionSpace {
     /// Returns the rows of tokens.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] for another number of tokens than these rows have.
+    /// [`GenerationError::Input`] for another number of tokens than these rows have.
     pub fn decode(&self, tokens: &[f32], rows: usize) -> Result<FeatureMatrix, GenerationError> {
         let expected = self.tokens(rows) * self.width();
         if rows == 0 || tokens.len() != expected {
@@ -140,7 +140,7 @@ impl MotionSpace {
     /// Returns the gradient by tokens from the one by rows: the transpose of [`Self::decode`].
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] for rows of another width, or none.
+    /// [`GenerationError::Input`] for rows of another width, or none.
     pub fn transposed(&self, gradient: &FeatureMatrix) -> Result<Vec<f32>, GenerationError> {
         self.check(gradient)?;
         let Some(basis) = self.basis(gradient.n) else { return Ok(gradient.rows.clone()) };

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use serde::{Deserialize, Serialize};
 
 use super::{MAX_TOKENS, prompt};
-use crate::GenerationError;
+use crate::{FromInput, GenerationError};
 
 /// Id of a character that no caption has.
 pub const UNKNOWN: u32 = 1;
@@ -40,7 +40,7 @@ impl WordPieces {
     /// Letters and digits always have a piece, so that a word of no caption is spelled.
     ///
     /// # Errors
-    /// [`GenerationError::Mismatch`] for a size that has no room for the characters.
+    /// [`GenerationError::Input`] for a size that has no room for the characters.
     pub fn learn<'a>(captions: impl IntoIterator<Item = &'a str>, size: usize) -> Result<Self, GenerationError> {
         let mut counts: BTreeMap<String, usize> = BTreeMap::new();
         for word in captions.into_iter().flat_map(prompt::words) {

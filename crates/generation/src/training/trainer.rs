@@ -11,11 +11,11 @@ use rayon::prelude::*;
 use super::batch::{Draw, draw};
 use super::data::Sample;
 use super::{GeneratorPlan, TrainingData};
-use crate::GenerationError;
 use crate::align::Alignment;
 use crate::denoiser::{Denoiser, DenoiserInput, DenoiserSizes, TextInput};
 use crate::diffusion::Schedule;
 use crate::generator::{Generator, GeneratorHeader};
+use crate::{FromInput, GenerationError};
 
 /// Validation motions that the loss is measured on.
 const WATCHED: usize = 256;

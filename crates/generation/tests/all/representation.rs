@@ -120,7 +120,7 @@ fn what_cannot_be_a_motion_is_refused() {
     let spec = RepresentationSpec::new(vec!["a".into()]);
     let refused = |rows: Vec<f32>, fps: f64| {
         let rows = FeatureMatrix { n: rows.len() / 9, width: 9, rows };
-        matches!(rows.to_clip(&spec, "x", fps), Err(GenerationError::Mismatch { .. }))
+        matches!(rows.to_clip(&spec, "x", fps), Err(GenerationError::Input(_)))
     };
     assert!(refused(vec![], 50.0), "no row");
     assert!(refused(vec![f32::NAN; 9], 50.0));

@@ -14,7 +14,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::browser::Browser;
-use crate::{ReportBuilder, ReportError};
+use crate::{FromInput, ReportBuilder, ReportError};
 use raster::Raster;
 
 pub use encode::{gif, mp4, png};
@@ -122,11 +122,7 @@ impl Film {
 
     /// Takes the data out of a page.
     fn of_html(html: String, path: &str) -> Result<Self, ReportError> {
-        let refused = |got: &str| ReportError::Format {
-            path: path.into(),
-            expected: "a report page of this version with motion in it".into(),
-            got: got.into(),
-        };
+        let refused = |got: &str| ReportError::format(path, "a report page of this version with motion in it", got);
         const OPENING: &str = "<script type=\"application/json\" id=\"data\">";
         let start = html.find(OPENING).ok_or_else(|| refused("a file without a report's data"))? + OPENING.len();
         let length = html[start..].find("</script>").ok_or_else(|| refused("a file that ends too early"))?;
@@ -154,11 +150,7 @@ impl Film {
     pub fn camera(&self, view: &View, software: bool) -> Result<Camera, ReportError> {
         let clips = self.clips();
         let Some((_, seconds)) = clips.get(view.clip) else {
-            return Err(ReportError::Mismatch {
-                what: "clip".into(),
-                expected: format!("a number below {}", clips.len()),
-                got: view.clip.to_string(),
-            });
+            return Err(ReportError::mismatch("clip", format!("a number below {}", clips.len()), view.clip));
         };
         let fps = self.data["playbacks"][view.clip]["fps"].as_f64().unwrap_or(1.0);
         let page = if software { None } else { self.page(view)? };

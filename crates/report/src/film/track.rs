@@ -4,9 +4,9 @@ use lifelike_character::rotation::from_wxyz;
 use lifelike_character::{Quat, Vec3};
 use serde_json::Value;
 
-use crate::ReportError;
 use crate::base64::decode;
 use crate::playback::BodyPose;
+use crate::{FromInput, ReportError};
 
 /// Poses of all bodies over time.
 #[derive(Debug)]
@@ -26,7 +26,7 @@ impl Track {
         let expected = frames * (12 + 14 * bodies);
         if bytes.len() != expected || frames == 0 {
             let (expected, got) = (format!("{expected} bytes of poses"), format!("{}", bytes.len()));
-            return Err(ReportError::Mismatch { what: "motion on the page".into(), expected, got });
+            return Err(ReportError::mismatch("motion on the page", expected, got));
         }
         let (roots, poses) = bytes.split_at(12 * frames);
         let float = |b: &[u8]| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]));

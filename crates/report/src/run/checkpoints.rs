@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-use crate::ReportError;
 use crate::atomic::{PARTIAL, write_atomically};
+use crate::{FromInput, ReportError};
 
 /// The small text beside each checkpoint. It is written after the checkpoint: a checkpoint without it never happened.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -49,7 +49,7 @@ impl Checkpoints {
     /// new one whole or the old ones as they were.
     ///
     /// # Errors
-    /// [`ReportError::Io`].
+    /// [`ReportError::Input`].
     pub fn save(&self, iteration: u64, score: Option<f64>, bytes: &[u8]) -> Result<PathBuf, ReportError> {
         fs::create_dir_all(&self.folder).map_err(ReportError::io(&self.folder))?;
         let path = self.path(iteration);
@@ -60,11 +60,8 @@ impl Checkpoints {
             bytes: bytes.len() as u64,
             sha256: digest(bytes),
         };
-        let text = serde_json::to_string(&info).map_err(|e| ReportError::Format {
-            path: info_path.display().to_string(),
-            expected: "a description that can be written as JSON".into(),
-            got: e.to_string(),
-        })?;
+        let text = serde_json::to_string(&info)
+            .map_err(|e| ReportError::format(info_path.display(), "a description that can be written as JSON", e))?;
         write_atomically(&path, bytes)?;
         write_atomically(&info_path, text.as_bytes())?;
         self.prune()?;
@@ -88,7 +85,7 @@ impl Checkpoints {
     /// Reads one checkpoint and checks it against its digest.
     ///
     /// # Errors
-    /// [`ReportError::Io`]; [`ReportError::Format`] when the content is not what was written.
+    /// [`ReportError::Input`], also when the content is not what was written.
     pub fn read(&self, info: &CheckpointInfo) -> Result<Vec<u8>, ReportError> {
         let path = self.path(info.iteration);
         let bytes = fs::read(&path).map_err(ReportError::io(&path))?;
@@ -96,11 +93,8 @@ impl Checkpoints {
         if got == info.sha256 {
             return Ok(bytes);
         }
-        Err(ReportError::Format {
-            path: path.display().to_string(),
-            expected: format!("{} bytes with SHA-256 {}", info.bytes, info.sha256),
-            got: format!("{} bytes with SHA-256 {got}", bytes.len()),
-        })
+        let expected = format!("{} bytes with SHA-256 {}", info.bytes, info.sha256);
+        Err(ReportError::format(path.display(), expected, format!("{} bytes with SHA-256 {got}", bytes.len())))
     }
 
     /// Returns the newest checkpoint that is whole. Damaged ones are passed over with a warning.

@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use crate::ReportError;
+use crate::{FromInput, ReportError};
 
 /// Writes scalars for TensorBoard.
 #[derive(Debug)]
@@ -21,7 +21,7 @@ impl EventWriter {
     /// TensorBoard drops what earlier files say from there on.
     ///
     /// # Errors
-    /// [`ReportError::Io`].
+    /// [`ReportError::Input`].
     pub fn create(folder: &Path, first_step: u64) -> Result<Self, ReportError> {
         let now = wall_time();
         // Readers sort the files of a folder by name, hence seconds first, with leading zeros as TensorFlow writes them.
@@ -43,7 +43,7 @@ impl EventWriter {
     /// `metrics.jsonl` has them.
     ///
     /// # Errors
-    /// [`ReportError::Io`].
+    /// [`ReportError::Input`].
     pub fn scalars(&mut self, step: u64, values: &[(&str, f64)]) -> Result<(), ReportError> {
         self.write(&scalar_event(wall_time(), step, values))
     }

@@ -9,8 +9,8 @@ use serde::de::DeserializeOwned;
 use super::checkpoints::Checkpoints;
 use super::metrics::{MetricsRow, MetricsWriter, read_metrics};
 use super::snapshots::SnapshotWriter;
-use crate::ReportError;
 use crate::atomic::write_atomically;
+use crate::{FromInput, ReportError};
 
 /// The folder of a run, with its files by name.
 ///
@@ -50,15 +50,12 @@ impl RunFolder {
     /// Makes the folder and writes the resolved plan into it.
     ///
     /// # Errors
-    /// [`ReportError::Mismatch`] when there is a run already: nothing is ever overwritten.
+    /// [`ReportError::Input`] when there is a run already: nothing is ever overwritten.
     pub fn create<P: Serialize>(path: impl Into<PathBuf>, plan: &P) -> Result<Self, ReportError> {
         let folder = Self { path: path.into() };
         Self::require_new(&folder.path)?;
-        let text = toml::to_string_pretty(plan).map_err(|e| ReportError::Format {
-            path: folder.plan_path().display().to_string(),
-            expected: "a plan that can be written as TOML".into(),
-            got: e.to_string(),
-        })?;
+        let text = toml::to_string_pretty(plan)
+            .map_err(|e| ReportError::format(folder.plan_path().display(), "a plan that can be written as TOML", e))?;
         fs::create_dir_all(&folder.path).map_err(ReportError::io(&folder.path))?;
         write_atomically(&folder.plan_path(), text.as_bytes())?;
         Ok(folder)
@@ -67,38 +64,32 @@ impl RunFolder {
     /// Checks that no run is in a folder.
     ///
     /// # Errors
-    /// [`ReportError::Mismatch`] when there is one.
+    /// [`ReportError::Input`] when there is one.
     pub fn require_new(path: &Path) -> Result<(), ReportError> {
         if !(Self { path: path.into() }).plan_path().exists() {
             return Ok(());
         }
-        Err(ReportError::Mismatch {
-            what: path.display().to_string(),
-            expected: "a folder without a run".into(),
-            got: "a run (resume it with --resume, or name another folder)".into(),
-        })
+        let expected = "a folder without a run";
+        Err(ReportError::mismatch(path.display(), expected, "a run (resume it with --resume, or name another folder)"))
     }
 
     /// Opens the folder of a run.
     ///
     /// # Errors
-    /// [`ReportError::Mismatch`] when there is no plan in it.
+    /// [`ReportError::Input`] when there is no plan in it.
     pub fn open(path: impl Into<PathBuf>) -> Result<Self, ReportError> {
         let folder = Self { path: path.into() };
         if folder.plan_path().is_file() {
             return Ok(folder);
         }
-        Err(ReportError::Mismatch {
-            what: folder.path.display().to_string(),
-            expected: "the folder of a run".into(),
-            got: if folder.path.is_dir() { "a folder without plan.toml".into() } else { "no folder".into() },
-        })
+        let got = if folder.path.is_dir() { "a folder without plan.toml" } else { "no folder" };
+        Err(ReportError::mismatch(folder.path.display(), "the folder of a run", got))
     }
 
     /// Opens the folder of a run of this plan, made if it is not there yet.
     ///
     /// # Errors
-    /// [`ReportError::Mismatch`] when there is a run of another plan.
+    /// [`ReportError::Input`] when there is a run of another plan.
     pub fn open_or_create<P: Serialize + DeserializeOwned + PartialEq>(
         path: impl Into<PathBuf>,
         plan: &P,
@@ -110,28 +101,25 @@ impl RunFolder {
         if folder.plan::<P>()? == *plan {
             return Ok(folder);
         }
-        Err(ReportError::Mismatch {
-            what: folder.plan_path().display().to_string(),
-            expected: "the plan that is asked for".into(),
-            got: "another one (name another folder)".into(),
-        })
+        let expected = "the plan that is asked for";
+        Err(ReportError::mismatch(folder.plan_path().display(), expected, "another one (name another folder)"))
     }
 
     /// Locks the folder for a training that writes into it, until the lock is dropped or the process ends.
     ///
     /// # Errors
-    /// [`ReportError::Mismatch`] while another process has the lock; [`ReportError::Io`] where the folder cannot be written.
+    /// [`ReportError::Input`] while another process has the lock, and where the folder cannot be written.
     pub fn lock(&self) -> Result<RunLock, ReportError> {
         let path = self.path.join(LOCK);
         let file =
             OpenOptions::new().create(true).truncate(false).write(true).open(&path).map_err(ReportError::io(&path))?;
         match file.try_lock() {
             Ok(()) => Ok(RunLock { _file: file }),
-            Err(TryLockError::WouldBlock) => Err(ReportError::Mismatch {
-                what: self.path.display().to_string(),
-                expected: "a run that nobody trains".into(),
-                got: "one that another process is training; wait for it, or name another folder".into(),
-            }),
+            Err(TryLockError::WouldBlock) => Err(ReportError::mismatch(
+                self.path.display(),
+                "a run that nobody trains",
+                "one that another process is training; wait for it, or name another folder",
+            )),
             Err(TryLockError::Error(error)) => Err(ReportError::io(&path)(error)),
         }
     }
@@ -139,21 +127,17 @@ impl RunFolder {
     /// Returns the plan that the run was started with.
     ///
     /// # Errors
-    /// [`ReportError::Format`] with line and column.
+    /// [`ReportError::Input`] with line and column.
     pub fn plan<P: DeserializeOwned>(&self) -> Result<P, ReportError> {
         let path = self.plan_path();
         let text = fs::read_to_string(&path).map_err(ReportError::io(&path))?;
-        toml::from_str(&text).map_err(|e| ReportError::Format {
-            path: path.display().to_string(),
-            expected: "a plan".into(),
-            got: e.to_string(),
-        })
+        toml::from_str(&text).map_err(|e| ReportError::format(path.display(), "a plan", e))
     }
 
     /// Starts the metrics of a new run.
     ///
     /// # Errors
-    /// [`ReportError::Io`].
+    /// [`ReportError::Input`].
     pub fn start_metrics(&self) -> Result<MetricsWriter, ReportError> {
         self.resume_metrics(0, 0)
     }
@@ -162,18 +146,15 @@ impl RunFolder {
     /// cut off. The file therefore ends up as in a run that was never killed.
     ///
     /// # Errors
-    /// [`ReportError::Format`] when the file is shorter than the checkpoint says: it is not the file of that run.
+    /// [`ReportError::Input`] when the file is shorter than the checkpoint says: it is not the file of that run.
     pub fn resume_metrics(&self, position: u64, next_iteration: u64) -> Result<MetricsWriter, ReportError> {
         let path = self.metrics_path();
         let file =
             OpenOptions::new().create(true).truncate(false).write(true).open(&path).map_err(ReportError::io(&path))?;
         let length = file.metadata().map_err(ReportError::io(&path))?.len();
         if length < position {
-            return Err(ReportError::Format {
-                path: path.display().to_string(),
-                expected: format!("at least the {position} bytes that the checkpoint remembers"),
-                got: format!("{length} bytes"),
-            });
+            let expected = format!("at least the {position} bytes that the checkpoint remembers");
+            return Err(ReportError::format(path.display(), expected, format!("{length} bytes")));
         }
         file.set_len(position).and_then(|()| file.sync_all()).map_err(ReportError::io(&path))?;
         drop(file);
@@ -183,7 +164,7 @@ impl RunFolder {
     /// Continues the snapshots of a run from a checkpoint, as [`Self::resume_metrics`] does; from 0 for a new run.
     ///
     /// # Errors
-    /// [`ReportError::Format`] when the file is shorter than the checkpoint says: it is not the file of that run.
+    /// [`ReportError::Input`] when the file is shorter than the checkpoint says: it is not the file of that run.
     pub fn resume_snapshots(&self, position: u64) -> Result<SnapshotWriter, ReportError> {
         SnapshotWriter::resume(&self.snapshots_path(), position)
     }
@@ -191,7 +172,7 @@ impl RunFolder {
     /// Returns all metrics so far; none when nothing was logged yet.
     ///
     /// # Errors
-    /// [`ReportError::Format`] with the line.
+    /// [`ReportError::Input`] with the line.
     pub fn metrics(&self) -> Result<Vec<MetricsRow>, ReportError> {
         let path = self.metrics_path();
         if path.exists() { read_metrics(&path) } else { Ok(Vec::new()) }

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::events::EventWriter;
-use crate::ReportError;
+use crate::{FromInput, ReportError};
 
 /// Appends to `metrics.jsonl`, `timing.jsonl` and the TensorBoard events of a run.
 #[derive(Debug)]
@@ -56,7 +56,7 @@ impl MetricsWriter {
     /// slash (`reward/joints`). Values that are not finite become `null`.
     ///
     /// # Errors
-    /// [`ReportError::Io`].
+    /// [`ReportError::Input`].
     pub fn log(&mut self, iteration: u64, values: &[(&str, f64)]) -> Result<(), ReportError> {
         self.metrics.write(&line(iteration, values))?;
         self.events.scalars(iteration, values)
@@ -65,7 +65,7 @@ impl MetricsWriter {
     /// Logs what the clock says about one iteration (seconds, rates).
     ///
     /// # Errors
-    /// [`ReportError::Io`].
+    /// [`ReportError::Input`].
     pub fn log_timing(&mut self, iteration: u64, values: &[(&str, f64)]) -> Result<(), ReportError> {
         self.timing.write(&line(iteration, values))?;
         self.events.scalars(iteration, values)
@@ -74,7 +74,7 @@ impl MetricsWriter {
     /// Makes sure that `metrics.jsonl` is on the disk, and returns its length (bytes): what a checkpoint remembers.
     ///
     /// # Errors
-    /// [`ReportError::Io`].
+    /// [`ReportError::Input`].
     pub fn sync(&mut self) -> Result<u64, ReportError> {
         self.metrics.file.sync_all().map_err(ReportError::io(&self.metrics.path))?;
         Ok(self.metrics.bytes)
@@ -103,7 +103,7 @@ pub struct MetricsRow {
 /// Reads `metrics.jsonl` or `timing.jsonl`. A last line without its end (a kill in the middle of a write) is left out.
 ///
 /// # Errors
-/// [`ReportError::Io`]; [`ReportError::Format`] with file and line.
+/// [`ReportError::Input`] with file and line.
 pub fn read_metrics(path: &Path) -> Result<Vec<MetricsRow>, ReportError> {
     let text = fs::read_to_string(path).map_err(ReportError::io(path))?;
     let whole = text.rfind('\n').map_or("", |end| &text[..end]);
@@ -111,10 +111,12 @@ pub fn read_metrics(path: &Path) -> Result<Vec<MetricsRow>, ReportError> {
         .lines()
         .enumerate()
         .map(|(i, line)| {
-            parse(line).map_err(|got| ReportError::Format {
-                path: format!("{}:{}", path.display(), i + 1),
-                expected: "a JSON object with \"iteration\" and numbers".into(),
-                got,
+            parse(line).map_err(|got| {
+                ReportError::format(
+                    format!("{}:{}", path.display(), i + 1),
+                    "a JSON object with \"iteration\" and numbers",
+                    got,
+                )
             })
         })
         .collect()

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value, json};
 
-use crate::ReportError;
+use crate::{FromInput, ReportError};
 
 /// Digits after the point that a snapshot keeps: it is for looking at, and a run goes on from its checkpoint.
 const SCALE: f64 = 1e4;
@@ -32,7 +32,7 @@ impl SnapshotWriter {
     /// Continues a file after so many bytes; whatever stands behind them never happened.
     ///
     /// # Errors
-    /// [`ReportError::Format`] when the file is shorter: it is not the file of that run.
+    /// [`ReportError::Input`] when the file is shorter: it is not the file of that run.
     pub(super) fn resume(path: &Path, position: u64) -> Result<Self, ReportError> {
         let mut writer = Self { path: path.to_path_buf(), file: None, bytes: position };
         if !path.exists() && position == 0 {
@@ -43,11 +43,8 @@ impl SnapshotWriter {
             OpenOptions::new().create(true).truncate(false).write(true).open(path).map_err(ReportError::io(path))?;
         let length = file.metadata().map_err(ReportError::io(path))?.len();
         if length < position {
-            return Err(ReportError::Format {
-                path: path.display().to_string(),
-                expected: format!("at least the {position} bytes that the checkpoint remembers"),
-                got: format!("{length} bytes"),
-            });
+            let expected = format!("at least the {position} bytes that the checkpoint remembers");
+            return Err(ReportError::format(path.display(), expected, format!("{length} bytes")));
         }
         file.set_len(position).and_then(|()| file.sync_all()).map_err(ReportError::io(path))?;
         drop(file);
@@ -68,7 +65,7 @@ impl SnapshotWriter {
     /// Writes a snapshot, after the items' names where it is the first.
     ///
     /// # Errors
-    /// [`ReportError::Io`].
+    /// [`ReportError::Input`].
     pub fn write(&mut self, iteration: u64, snapshot: &Snapshot) -> Result<(), ReportError> {
         let mut text = String::new();
         if self.bytes == 0 {
@@ -90,7 +87,7 @@ impl SnapshotWriter {
     /// Makes sure that the file is on the disk, and returns its length (bytes): what a checkpoint remembers.
     ///
     /// # Errors
-    /// [`ReportError::Io`].
+    /// [`ReportError::Input`].
     pub fn sync(&mut self) -> Result<u64, ReportError> {
         if let Some(file) = &self.file {
             file.sync_all().map_err(ReportError::io(&self.path))?;

@@ -9,7 +9,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
 use super::Components;
-use crate::RepresentationError;
+use crate::{FromInput, RepresentationError};
 
 /// Directions beside those that are wanted: with them the iteration converges by a gap that is further down the spectrum.
 const MORE: usize = 16;
@@ -63,11 +63,8 @@ impl Subspace {
     pub fn new(data: &impl Rows, latent: usize, size: usize, seed: u64) -> Result<Self, RepresentationError> {
         let most = size.min(data.len());
         if latent > most {
-            return Err(RepresentationError::Mismatch {
-                what: "latent".into(),
-                expected: format!("at most {most}: {} windows of {size} numbers", data.len()),
-                got: latent.to_string(),
-            });
+            let expected = format!("at most {most}: {} windows of {size} numbers", data.len());
+            return Err(RepresentationError::mismatch("latent", expected, latent));
         }
         let rows = sample(data);
         let (mut sum, mut squares) = (vec![0.0; size], 0.0);

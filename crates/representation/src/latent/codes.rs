@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use lifelike_motion::FeatureLayout;
 
-use crate::RepresentationError;
+use crate::{FromInput, RepresentationError};
 use crate::{MotionPrior, PriorClip};
 
 /// One code per frame of some clips: a motion prior's, or those of an encoder that was trained together with a policy.
@@ -35,7 +35,7 @@ impl Codes {
         fps: f64,
     ) -> Result<Self, RepresentationError> {
         let wrong = |what: &str, expected: String, got: String| {
-            Err(RepresentationError::Mismatch { what: format!("latent codes: {what}"), expected, got })
+            Err(RepresentationError::mismatch(format!("latent codes: {what}"), expected, got))
         };
         if dimension == 0 {
             return wrong("dimension", "at least 1".into(), "0".into());

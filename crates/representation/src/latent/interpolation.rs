@@ -6,7 +6,7 @@ use lifelike_motion::resample::locate;
 
 use super::unroll::{Unrolled, unroll};
 use crate::MotionPrior;
-use crate::RepresentationError;
+use crate::{FromInput, RepresentationError};
 
 /// Share of the second clip.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,13 +50,12 @@ pub fn blend(a: &[f32], b: &[f32], d: usize, blend: Blend) -> Result<Blended, Re
     if let Blend::Constant(weight) = blend
         && !(0.0..=1.0).contains(&weight)
     {
-        let (expected, got) = ("a number from 0 to 1".into(), weight.to_string());
-        return Err(RepresentationError::Mismatch { what: "weight of an interpolation".into(), expected, got });
+        return Err(RepresentationError::mismatch("weight of an interpolation", "a number from 0 to 1", weight));
     }
     for codes in [a, b] {
         if d == 0 || codes.is_empty() || !codes.len().is_multiple_of(d) {
             let (expected, got) = (format!("rows of {d} numbers, at least one"), format!("{} numbers", codes.len()));
-            return Err(RepresentationError::Mismatch { what: "latent codes to interpolate".into(), expected, got });
+            return Err(RepresentationError::mismatch("latent codes to interpolate", expected, got));
         }
     }
     let steps = |codes: &[f32]| (codes.len() / d - 1) as f64;

@@ -16,7 +16,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::codes::Codes;
-use crate::RepresentationError;
+use crate::{FromInput, RepresentationError};
 
 /// Length of a class, and of the gap after it (s).
 pub const CLASS_SECONDS: f64 = 2.0;
@@ -51,8 +51,7 @@ pub struct LdaScore {
 /// Fewer than two classes, or fewer than two codes per block.
 pub fn lda(codes: &Codes) -> Result<LdaScore, RepresentationError> {
     let classes = classes(codes);
-    let mismatch =
-        |what: &str, expected: String, got: String| RepresentationError::Mismatch { what: what.into(), expected, got };
+    let mismatch = |what: &str, expected: String, got: String| RepresentationError::mismatch(what, expected, got);
     if classes.len() < 2 {
         let expected = format!("at least 2 stretches of {CLASS_SECONDS} s");
         return Err(mismatch("clips for LDA", expected, classes.len().to_string()));
@@ -113,11 +112,8 @@ impl Discriminant {
         let d = codes.dimension();
         let frames: usize = classes.iter().map(Vec::len).sum();
         if frames <= classes.len() || classes.iter().any(Vec::is_empty) {
-            return Err(RepresentationError::Mismatch {
-                what: "codes for LDA".into(),
-                expected: format!("more than one in each of {} classes", classes.len()),
-                got: frames.to_string(),
-            });
+            let expected = format!("more than one in each of {} classes", classes.len());
+            return Err(RepresentationError::mismatch("codes for LDA", expected, frames));
         }
         let mut means = DMatrix::zeros(d, classes.len());
         let mut within = DMatrix::<f64>::zeros(d, d);
@@ -137,12 +133,13 @@ impl Discriminant {
             if std > ROUNDING * (size[i] / frames as f64).sqrt() { 1.0 / std } else { 0.0 }
         });
         let scaled = DMatrix::from_fn(d, d, |i, j| within[(i, j)] * scale[i] * scale[j] / frames as f64);
-        let eigen =
-            SymmetricEigen::try_new(scaled, f64::EPSILON, SWEEPS).ok_or_else(|| RepresentationError::Mismatch {
-                what: "covariance of codes within classes".into(),
-                expected: format!("eigenvalues within {SWEEPS} sweeps"),
-                got: "none".into(),
-            })?;
+        let eigen = SymmetricEigen::try_new(scaled, f64::EPSILON, SWEEPS).ok_or_else(|| {
+            RepresentationError::mismatch(
+                "covariance of codes within classes",
+                format!("eigenvalues within {SWEEPS} sweeps"),
+                "none",
+            )
+        })?;
         let kept: Vec<usize> = (0..d).filter(|i| eigen.eigenvalues[*i] > TOLERANCE * TOLERANCE).collect();
         let whitening = DMatrix::from_fn(kept.len(), d, |r, i| {
             eigen.eigenvectors[(i, kept[r])] / eigen.eigenvalues[kept[r]].sqrt() * scale[i]

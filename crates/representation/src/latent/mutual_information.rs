@@ -16,7 +16,7 @@ use rand::seq::SliceRandom;
 use rayon::prelude::*;
 
 use super::codes::Codes;
-use crate::RepresentationError;
+use crate::{FromInput, RepresentationError};
 
 /// Bins per dimension (thesis 4.3.2).
 pub const BINS: usize = 100;
@@ -59,7 +59,7 @@ pub fn information(features: &[f32], codes: &Codes, seed: u64) -> Result<Informa
 /// As [`information`].
 pub fn pairs(features: &[f32], codes: &Codes) -> Result<Vec<f64>, RepresentationError> {
     let wrong = |expected: String, got: String| {
-        Err(RepresentationError::Mismatch { what: "features beside latent codes".into(), expected, got })
+        Err(RepresentationError::mismatch("features beside latent codes", expected, got))
     };
     if codes.is_empty() || features.is_empty() || !features.len().is_multiple_of(codes.len()) {
         return wrong(format!("{} rows of features", codes.len()), format!("{} numbers", features.len()));

@@ -8,7 +8,7 @@ use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, DVector};
 
 use super::comparison::Encoded;
-use crate::RepresentationError;
+use crate::{FromInput, RepresentationError};
 use lifelike_checkpoint::rng::stream;
 use lifelike_motion::FeatureLayout;
 use lifelike_report::{Cell, Column, Table};
@@ -119,14 +119,13 @@ impl Pairs {
         let (codes, width) = (&space.codes, layout.size());
         if space.features.len() != codes.len() * width {
             let (expected, got) = (format!("{} numbers", codes.len() * width), space.features.len().to_string());
-            return Err(RepresentationError::Mismatch { what: format!("features of {}", space.name), expected, got });
+            return Err(RepresentationError::mismatch(format!("features of {}", space.name), expected, got));
         }
         let ahead = (seconds * codes.fps()).round() as usize;
         let rows: Vec<usize> = codes.clips().flat_map(|clip| clip.start..clip.end.saturating_sub(ahead)).collect();
         if rows.is_empty() {
             let expected = format!("clips longer than {seconds} s");
-            let what = format!("clips of {}", space.name);
-            return Err(RepresentationError::Mismatch { what, expected, got: "none".into() });
+            return Err(RepresentationError::mismatch(format!("clips of {}", space.name), expected, "none"));
         }
         let mut others = rows.clone();
         others.shuffle(&mut stream(seed, "latent.probe", 0, 0));

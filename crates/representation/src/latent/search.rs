@@ -1,7 +1,7 @@
 //! Windows of motion that are alike: the nearest codes by cosine similarity (thesis 4.3.2, Fig. 4.3).
 
 use super::codes::Codes;
-use crate::RepresentationError;
+use crate::{FromInput, RepresentationError};
 
 /// Criteria of a search: what counts as another hit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,11 +54,8 @@ pub fn search(
     spec: &SearchSpec,
 ) -> Result<Vec<Hit>, RepresentationError> {
     if query.len() != codes.dimension() {
-        return Err(RepresentationError::Mismatch {
-            what: "code to search for".into(),
-            expected: format!("{} numbers", codes.dimension()),
-            got: query.len().to_string(),
-        });
+        let expected = format!("{} numbers", codes.dimension());
+        return Err(RepresentationError::mismatch("code to search for", expected, query.len()));
     }
     let mut frames: Vec<(usize, usize, f64)> = Vec::with_capacity(codes.len());
     for (clip, rows) in codes.clips().enumerate() {

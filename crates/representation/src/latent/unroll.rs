@@ -4,7 +4,7 @@ use lifelike_character::rotation::{from_6d, heading, heading_angle};
 use lifelike_character::{Character, Quat, Vec3};
 use lifelike_motion::{FeatureLayout, MotionClip, Provenance};
 
-use crate::RepresentationError;
+use crate::{FromInput, RepresentationError};
 
 /// A motion made of features.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,11 +37,9 @@ pub fn unroll(
 ) -> Result<Unrolled, RepresentationError> {
     let size = layout.size();
     if pace.len().checked_mul(size) != Some(features.len()) || pace.is_empty() {
-        return Err(RepresentationError::Mismatch {
-            what: "features of a motion".into(),
-            expected: format!("{} rows of {size}, at least one", pace.len()),
-            got: format!("{} numbers", features.len()),
-        });
+        let expected = format!("{} rows of {size}, at least one", pace.len());
+        let got = format!("{} numbers", features.len());
+        return Err(RepresentationError::mismatch("features of a motion", expected, got));
     }
     let mut clip = MotionClip {
         name: "unrolled".into(),
@@ -72,10 +70,12 @@ fn walk(clip: &mut MotionClip, features: &[f64], pace: &[f64], size: usize) -> R
     let mut before: Option<(Quat, Vec3, Vec3)> = None;
     for (i, (row, pace)) in features.chunks_exact(size).zip(pace).enumerate() {
         let six = <[f64; 6]>::try_from(&row[FeatureLayout::ORIENTATION]).ok();
-        let turned = six.and_then(from_6d).ok_or_else(|| RepresentationError::Mismatch {
-            what: format!("orientation in frame {i} of a motion"),
-            expected: "two columns of a rotation".into(),
-            got: format!("{six:?}"),
+        let turned = six.and_then(from_6d).ok_or_else(|| {
+            RepresentationError::mismatch(
+                format!("orientation in frame {i} of a motion"),
+                "two columns of a rotation",
+                format!("{six:?}"),
+            )
         })?;
         // What a network decodes does not face exactly forward in its own heading frame.
         let tilt = heading(&turned).inverse() * turned;
@@ -102,10 +102,12 @@ fn clamp(clip: &mut MotionClip, character: &Character) -> Result<(f64, f64), Rep
     let mut ranges = Vec::with_capacity(clip.joint_names.len());
     for name in &clip.joint_names {
         let joint = character.scalar_joints().find(|j| j.name == *name);
-        ranges.push(joint.map(|j| j.range).ok_or_else(|| RepresentationError::Mismatch {
-            what: format!("joint '{name}' of a motion"),
-            expected: format!("a joint of '{}'", character.name),
-            got: "none of this name".into(),
+        ranges.push(joint.map(|j| j.range).ok_or_else(|| {
+            RepresentationError::mismatch(
+                format!("joint '{name}' of a motion"),
+                format!("a joint of '{}'", character.name),
+                "none of this name",
+            )
         })?);
     }
     let (mut beyond, mut excess) = (0_usize, 0.0_f64);

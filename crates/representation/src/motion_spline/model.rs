@@ -10,10 +10,10 @@ use lifelike_nn::transformer::{Sampling, SplineAutoencoder};
 use super::plan::MotionSplinePlan;
 use super::poses::Poses;
 use super::space::{PoseSpace, poses_of};
-use crate::RepresentationError;
 use crate::spline_transformer::passes::{control_points, sequences};
 use crate::spline_transformer::{Recording, RecordingWindows, SequenceTrainer, Sequences, Split};
 use crate::standardizer::Moments;
+use crate::{FromInput, RepresentationError};
 
 /// In files.
 const KIND: &str = "motion spline";
@@ -194,8 +194,7 @@ impl MotionSpline {
         let checkpoint = Checkpoint::load(path)?;
         let kind: String = checkpoint.meta("kind")?;
         if kind != KIND {
-            let what = path.display().to_string();
-            return Err(RepresentationError::Mismatch { what, expected: format!("a {KIND}"), got: kind });
+            return Err(RepresentationError::mismatch(path.display(), format!("a {KIND}"), kind));
         }
         let plan: MotionSplinePlan = checkpoint.meta("plan")?;
         plan.check()?;

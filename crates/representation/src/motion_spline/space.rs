@@ -5,8 +5,8 @@ use lifelike_motion::MotionClip;
 use lifelike_motion::resample::resample;
 
 use super::poses::Poses;
-use crate::RepresentationError;
 use crate::standardizer::{Moments, Standardizer};
+use crate::{FromInput, RepresentationError};
 
 /// Smallest standard deviations to divide by, by [`Poses::KINDS`] and for joints: a robot that stands still all the
 /// time is no reason to divide by nothing (m, rad, m/s, rad/s, rad).
@@ -84,7 +84,7 @@ pub(super) fn poses_of(clip: &MotionClip, joints: &[String], fps: f64) -> Result
     let columns: Option<Vec<usize>> = joints.iter().map(column).collect();
     let Some(columns) = columns.filter(|all| all.len() == clip.joint_names.len()) else {
         let (expected, got) = (format!("joints {joints:?}"), format!("{:?}", clip.joint_names));
-        return Err(RepresentationError::Mismatch { what: format!("clip '{}'", clip.name), expected, got });
+        return Err(RepresentationError::mismatch(format!("clip '{}'", clip.name), expected, got));
     };
     let cells = (0..clip.len()).flat_map(|frame| columns.iter().map(move |column| (frame, *column)));
     clip.joints = cells.map(|(frame, column)| clip.joints_at(frame)[column]).collect();

@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 
 use super::statistics::{FeatureStatistics, StdFloors};
 use super::window_plan::WindowPlan;
-use crate::RepresentationError;
+use crate::{FromInput, RepresentationError};
 
 /// A clip of the data set: its name and its frames at the plan's frame rate.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,8 +26,7 @@ impl PriorClip {
     /// # Errors
     /// Names the clip and the first wrong frame.
     pub fn check(&self, layout: &FeatureLayout) -> Result<(), RepresentationError> {
-        let mismatch =
-            |what: String, expected: String, got: String| RepresentationError::Mismatch { what, expected, got };
+        let mismatch = |what: String, expected: String, got: String| RepresentationError::mismatch(what, expected, got);
         if self.frames.is_empty() {
             return Err(mismatch(format!("clip {}", self.name), "frames".into(), "none".into()));
         }
@@ -94,11 +93,7 @@ impl Windows {
     ) -> Result<Self, RepresentationError> {
         let windows = Self::new(plan, layout, clips)?;
         if windows.is_empty() {
-            return Err(RepresentationError::Mismatch {
-                what: "training clips".into(),
-                expected: "at least one frame".into(),
-                got: "none".into(),
-            });
+            return Err(RepresentationError::mismatch("training clips", "at least one frame", "none"));
         }
         Ok(windows)
     }

@@ -10,7 +10,7 @@ use super::kinds::{Coder, PriorPlan};
 use super::reconstruction::{ErrorSums, ReconstructionReport};
 use super::statistics::FeatureStatistics;
 use super::window_plan::WindowPlan;
-use crate::RepresentationError;
+use crate::{FromInput, RepresentationError};
 
 /// Windows per pass through the network.
 const CHUNK: usize = 256;
@@ -94,11 +94,8 @@ impl MotionPrior {
     pub fn decode(&self, latents: &[f32]) -> Result<Vec<f64>, RepresentationError> {
         let d = self.latent_size();
         if !latents.len().is_multiple_of(d) {
-            return Err(RepresentationError::Mismatch {
-                what: "latents".into(),
-                expected: format!("rows of {d} numbers"),
-                got: format!("{} numbers", latents.len()),
-            });
+            let expected = format!("rows of {d} numbers");
+            return Err(RepresentationError::mismatch("latents", expected, format!("{} numbers", latents.len())));
         }
         let mut out = Vec::new();
         for rows in latents.chunks(d * CHUNK) {
@@ -176,11 +173,7 @@ impl MotionPrior {
     pub(super) fn load_from(checkpoint: &Checkpoint) -> Result<Self, RepresentationError> {
         let kind: String = checkpoint.meta("kind")?;
         let Some(plan) = PriorPlan::load_from(checkpoint, &kind)? else {
-            return Err(RepresentationError::Mismatch {
-                what: "file".into(),
-                expected: "a motion prior".into(),
-                got: kind,
-            });
+            return Err(RepresentationError::mismatch("file", "a motion prior", kind));
         };
         let layout: FeatureLayout = checkpoint.meta("layout")?;
         let statistics = FeatureStatistics::load_from(checkpoint, layout.size())?;

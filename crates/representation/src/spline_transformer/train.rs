@@ -12,7 +12,7 @@ use super::passes;
 use super::plan::SequencePlan;
 use super::sequences::{HeldOut, Sequences};
 use super::spread;
-use crate::RepresentationError;
+use crate::{FromInput, RepresentationError};
 
 /// Held-out sequences that are in memory at a time.
 const BLOCK: usize = 512;
@@ -197,14 +197,11 @@ impl<S: Sequences> SequenceTrainer<S> {
     pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), RepresentationError> {
         let (expected, got): (String, _) = (checkpoint.meta("data")?, self.data.describe());
         if expected != got {
-            return Err(RepresentationError::Mismatch { what: "training sequences".into(), expected, got });
+            return Err(RepresentationError::mismatch("training sequences", expected, got));
         }
         if checkpoint.meta::<SequencePlan>("plan")? != self.plan {
-            return Err(RepresentationError::Mismatch {
-                what: format!("{}: plan", checkpoint.origin()),
-                expected: "the plan of this run".into(),
-                got: "another".into(),
-            });
+            let expected = "the plan of this run";
+            return Err(RepresentationError::mismatch(format!("{}: plan", checkpoint.origin()), expected, "another"));
         }
         let parameters = self.network.parameters().load_from(checkpoint, "network")?;
         self.core.load_from(parameters.layout(), checkpoint, "training")?;

@@ -5,7 +5,7 @@ use lifelike_sim::IntegrationState;
 
 use super::Environment;
 use super::statistics::EpisodeStatistics;
-use crate::{TrackerError, episode};
+use crate::{FromInput, TrackerError, episode};
 
 impl Environment {
     /// Writes everything needed to go on bit for bit.
@@ -58,10 +58,12 @@ impl Environment {
             checkpoint.f64s(&key(name), &shape)
         };
         let starts = numbers("starts")?;
-        self.rsi = self.rsi.clone().restored(&starts).ok_or_else(|| TrackerError::Mismatch {
-            what: "clips of the checkpoint".into(),
-            expected: "those of the plan".into(),
-            got: format!("{} numbers of failure statistics", starts.len()),
+        self.rsi = self.rsi.clone().restored(&starts).ok_or_else(|| {
+            TrackerError::mismatch(
+                "clips of the checkpoint",
+                "those of the plan",
+                format!("{} numbers of failure statistics", starts.len()),
+            )
         })?;
         self.advance_curriculum();
         self.statistics = EpisodeStatistics::restored(&numbers("recent")?, numbers("survival")?);

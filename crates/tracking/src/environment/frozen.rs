@@ -8,8 +8,8 @@ use lifelike_robot::controller::PolicyWorkspace;
 use lifelike_train::{RewardRecords, StepEnd, StepOutcome};
 
 use super::Environment;
-use crate::TrackerError;
 use crate::plan::{Curriculum, TrackerPlan};
+use crate::{FromInput, TrackerError};
 
 impl TrackerPlan {
     /// Returns the plan of environments for a frozen controller: reward, terminations, randomisation, pushes and noise
@@ -74,7 +74,7 @@ impl Environment {
 
     fn check(&self, controller: &Controller) -> Result<(), TrackerError> {
         let mismatch = |what: &str, expected: String, got: String| {
-            Err(TrackerError::Mismatch { what: format!("{what} of the controller"), expected, got })
+            Err(TrackerError::mismatch(format!("{what} of the controller"), expected, got))
         };
         let (own, header) = (self.observation(), controller.header());
         if own != &header.observation {

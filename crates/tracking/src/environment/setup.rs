@@ -8,10 +8,10 @@ use lifelike_sim::{Ground, Simulation};
 use rand_chacha::ChaCha8Rng;
 
 use super::sensor_model::SensorModel;
-use crate::TrackerError;
 use crate::observe::Observer;
 use crate::plan::TrackerPlan;
 use crate::rewards::Reward;
+use crate::{FromInput, TrackerError};
 
 /// Plan, robot and references, and what follows from them.
 pub(super) struct Setup {
@@ -45,11 +45,8 @@ impl Setup {
         expect("environments of the simulation", plan.ppo.environments, simulation.len())?;
         expect("latent size of the library", plan.inputs.latent, library.latent)?;
         if simulation.robot().layout != robot.layout || library.layout != robot.layout {
-            return Err(TrackerError::Mismatch {
-                what: "joints and end effectors of simulation and library".into(),
-                expected: format!("those of robot '{}'", robot.name),
-                got: "others".into(),
-            });
+            let what = "joints and end effectors of simulation and library";
+            return Err(TrackerError::mismatch(what, format!("those of robot '{}'", robot.name), "others"));
         }
         let plan = plan.scaled_to(&robot)?;
         let spec = ObservationSpec::new(&robot, plan.inputs.clone(), plan.anchor);
@@ -93,5 +90,5 @@ pub(super) fn expect(what: &str, expected: usize, got: usize) -> Result<(), Trac
     if expected == got {
         return Ok(());
     }
-    Err(TrackerError::Mismatch { what: what.into(), expected: expected.to_string(), got: got.to_string() })
+    Err(TrackerError::mismatch(what, expected, got))
 }

@@ -23,7 +23,7 @@ use lifelike_train::plan;
 use lifelike_train::{Budget, Scalar, Schedule, TrainingTask};
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::TrackerError;
+use crate::{FromInput, TrackerError};
 use trial::{Outcome, Stage, Trials};
 
 /// Name of the script in a run's folder.

@@ -12,7 +12,7 @@ use lifelike_sim::{BatchState, Drive, Simulation, SimulationSpec, fallen};
 use rand::seq::SliceRandom;
 
 use super::GetUpPlan;
-use crate::TrackerError;
+use crate::{FromInput, TrackerError};
 
 /// Dropped robots from which starts are drawn.
 const DROPPED: usize = 96;
@@ -139,7 +139,7 @@ impl Trials {
             if let Some(side) = starts.iter().position(Vec::is_empty) {
                 let place = ["the back", "the belly"][side];
                 let expected = format!("a script whose 'lie' leaves some robots on {place}");
-                return Err(TrackerError::Mismatch { what: name, expected, got: "none".into() });
+                return Err(TrackerError::mismatch(name, expected, "none"));
             }
             let simulation = build(plan.candidates * plan.starts)?;
             own.machines.push(Machine { name, simulation, starts });

@@ -11,8 +11,8 @@ use lifelike_train::plan::keys;
 use toml::{Table, Value};
 
 use super::TrackerPlan;
-use crate::TrackerError;
 use crate::rewards::TERMS;
+use crate::{FromInput, TrackerError};
 
 /// Tables of a plan whose numbers go with the robot's size.
 const TABLES: [&str; 4] = ["reward", "termination", "rsi", "randomization"];
@@ -114,16 +114,14 @@ impl TrackerPlan {
     /// Returns the plan with its numbers for a robot of that size: what holds in the environments.
     ///
     /// # Errors
-    /// [`TrackerError::Format`] where the plan cannot be written or read again.
+    /// [`TrackerError::Input`] where the plan cannot be written or read again.
     pub fn scaled_to(&self, robot: &Robot) -> Result<Self, TrackerError> {
         let factors = self.scaling.factors(robot);
         if factors.are_one() {
             return Ok(self.clone());
         }
-        let unreadable = |got: String| TrackerError::Format {
-            path: "plan".into(),
-            expected: format!("numbers that can be scaled to robot '{}'", robot.name),
-            got,
+        let unreadable = |got: String| {
+            TrackerError::format("plan", format!("numbers that can be scaled to robot '{}'", robot.name), got)
         };
         let mut table = Table::try_from(self).map_err(|e| unreadable(e.to_string()))?;
         for key in keys::<Self>() {

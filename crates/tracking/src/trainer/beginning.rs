@@ -10,8 +10,8 @@ use lifelike_train::ppo::{Inputs, SavedNetworks};
 
 use super::Trainer;
 use super::task::KEEP;
-use crate::TrackerError;
 use crate::policy;
+use crate::{FromInput, TrackerError};
 
 /// Account of the networks that a training began with.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -32,11 +32,7 @@ impl Trainer {
         let (checkpoint, names) = if path.is_dir() {
             let checkpoints = RunFolder::open(path)?.checkpoints(KEEP);
             let Some((info, bytes)) = checkpoints.latest() else {
-                return Err(TrackerError::Mismatch {
-                    what: path.display().to_string(),
-                    expected: "a run with a checkpoint".into(),
-                    got: "none".into(),
-                });
+                return Err(TrackerError::mismatch(path.display(), "a run with a checkpoint", "none"));
             };
             let checkpoint = Checkpoint::from_bytes(&bytes, &checkpoints.path(info.iteration))?;
             let names = SavedNetworks::of_run(&checkpoint, "learner");
@@ -111,5 +107,5 @@ impl Trainer {
 }
 
 fn mismatch(path: &Path, what: &str, expected: String, got: String) -> TrackerError {
-    TrackerError::Mismatch { what: format!("{what} of the policy of {}", path.display()), expected, got }
+    TrackerError::mismatch(format!("{what} of the policy of {}", path.display()), expected, got)
 }

@@ -7,7 +7,7 @@ use lifelike_nn::rows::Entry;
 
 use super::Learner;
 use super::average::{self, PolicyAverage};
-use crate::TrainError;
+use crate::{FromInput, TrainError};
 
 /// First weights of the policy and of the value function: the only ones that depend on what is seen.
 const FIRST_OF_POLICY: &str = "mean.layers.0.weight";
@@ -138,9 +138,5 @@ fn normalizer(
 }
 
 fn beyond(name: &str, size: usize, got: usize) -> TrainError {
-    TrainError::Mismatch {
-        what: format!("rows of {name}"),
-        expected: format!("more than {got}"),
-        got: size.to_string(),
-    }
+    TrainError::mismatch(format!("rows of {name}"), format!("more than {got}"), size)
 }

@@ -6,9 +6,9 @@ use lifelike_checkpoint::Checkpoint;
 use lifelike_report::run::{Checkpoints, RunFolder, read_metrics};
 
 use super::log::WALL_TIME;
-use crate::TrainError;
 use crate::collective::Collective;
 use crate::task::TrainingTask;
+use crate::{FromInput, TrainError};
 
 const POSITION: &str = "run.position";
 const PROCESSES: &str = "run.processes";
@@ -58,22 +58,20 @@ pub fn latest_of_all(
             _ if least == 0 => None,
             Some(info) => Some((info.clone(), checkpoints.read(&info)?)),
             None => {
-                return Err(TrainError::Mismatch {
-                    what: format!("checkpoints of process {}", collective.rank()),
-                    expected: format!("one of iteration {least}, the latest that another process has"),
-                    got: format!("up to {own}, but not that one"),
-                });
+                let what = format!("checkpoints of process {}", collective.rank());
+                let expected = format!("one of iteration {least}, the latest that another process has");
+                return Err(TrainError::mismatch(what, expected, format!("up to {own}, but not that one")));
             }
         }
     };
     match found {
         Some((info, bytes)) => Ok(Some(Checkpoint::from_bytes(&bytes, &checkpoints.path(info.iteration))?)),
         // Beginning anew would overwrite what may still be saved.
-        None if !checkpoints.list().is_empty() && collective.size() == 1 => Err(TrainError::Mismatch {
-            what: folder.path().display().to_string(),
-            expected: "a checkpoint that is whole".into(),
-            got: "damaged ones only; put back a copy of checkpoints/, or begin anew in another folder".into(),
-        }),
+        None if !checkpoints.list().is_empty() && collective.size() == 1 => Err(TrainError::mismatch(
+            folder.path().display(),
+            "a checkpoint that is whole",
+            "damaged ones only; put back a copy of checkpoints/, or begin anew in another folder",
+        )),
         None => Ok(None),
     }
 }
@@ -90,20 +88,16 @@ fn check(checkpoint: &Checkpoint, identity: &[(&'static str, String)], size: usi
     let origin = checkpoint.origin();
     let processes = checkpoint.u64s(PROCESSES, &[1])?[0];
     if processes != size as u64 {
-        return Err(TrainError::Mismatch {
-            what: format!("{origin}: processes of the run"),
-            expected: processes.to_string(),
-            got: size.to_string(),
-        });
+        return Err(TrainError::mismatch(format!("{origin}: processes of the run"), processes, size));
     }
     let began: BTreeMap<String, String> = checkpoint.meta(IDENTITY)?;
     match identity.iter().find(|(name, text)| began.get(*name) != Some(text)) {
         None => Ok(()),
-        Some((name, _)) => Err(TrainError::Mismatch {
-            what: format!("{origin}: {name}"),
-            expected: format!("the {name} that the run began with"),
-            got: "another".into(),
-        }),
+        Some((name, _)) => Err(TrainError::mismatch(
+            format!("{origin}: {name}"),
+            format!("the {name} that the run began with"),
+            "another",
+        )),
     }
 }
 

@@ -10,6 +10,7 @@ use mpi::collective::SystemOperation;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives};
 
+use lifelike_checkpoint::FromInput;
 use lifelike_train::TrainError;
 use lifelike_train::collective::Collective;
 
@@ -47,16 +48,10 @@ impl Mpi {
                     serve(&world, &asked, &answer);
                 }
             })
-            .map_err(|e| TrainError::Mismatch {
-                what: "MPI".into(),
-                expected: "a thread of its own".into(),
-                got: e.to_string(),
-            })?;
-        let (size, rank) = told.recv().map_err(|_| TrainError::Mismatch {
-            what: "MPI".into(),
-            expected: "one that starts".into(),
-            got: "one that is awake already, or none".into(),
-        })?;
+            .map_err(|e| TrainError::mismatch("MPI", "a thread of its own", e))?;
+        let (size, rank) = told
+            .recv()
+            .map_err(|_| TrainError::mismatch("MPI", "one that starts", "one that is awake already, or none"))?;
         Ok(Self { size, rank, line: Mutex::new(Some((ask, answers))), thread: Some(thread) })
     }
 

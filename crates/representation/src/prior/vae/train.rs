@@ -12,12 +12,12 @@ use rayon::prelude::*;
 
 use super::network::{Encoded, MotionVae, NETWORK, VaeWeights};
 use super::plan::VaePlan;
-use crate::RepresentationError;
 use crate::components::{Components, Subspace};
 use crate::prior::kind::KindPlan;
 use crate::prior::loss::reconstruction;
 use crate::prior::pca::{Normalized, PcaPlan};
 use crate::prior::{FeatureStatistics, MotionPrior, PriorClip, PriorPlan, ReconstructionReport, Windows};
+use crate::{FromInput, RepresentationError};
 
 /// Metrics of one iteration. All of it is determined by plan and data.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -214,7 +214,7 @@ impl VaeTrainer {
     /// A checkpoint of another plan or kind of prior, or training clips that are not those the run began with.
     pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), RepresentationError> {
         let mismatch = |what: &str, expected: String, got: String| {
-            Err(RepresentationError::Mismatch { what: format!("{}{what}", checkpoint.origin()), expected, got })
+            Err(RepresentationError::mismatch(format!("{}{what}", checkpoint.origin()), expected, got))
         };
         let saved = MotionPrior::load_from(checkpoint)?;
         match saved.plan() {
