@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use lifelike_robot::Robot;
-use lifelike_runtime::RuntimeError;
+use lifelike_runtime::{FromInput, RuntimeError};
 
 use crate::line::wire_time;
 use crate::model::{CENTRE, Model, POSITION_UNIT};
@@ -82,8 +82,7 @@ impl ServoFile {
     /// # Errors
     /// It cannot be read; an unknown key, a wrong type or a number out of range.
     pub fn read(path: &Path) -> Result<Self, RuntimeError> {
-        let text =
-            std::fs::read_to_string(path).map_err(|source| RuntimeError::Io { path: path.to_path_buf(), source })?;
+        let text = std::fs::read_to_string(path).map_err(RuntimeError::io(path))?;
         Self::from_toml(&text, &path.display().to_string())
     }
 
@@ -94,7 +93,11 @@ impl ServoFile {
     pub fn from_toml(text: &str, name: &str) -> Result<Self, RuntimeError> {
         let file: Self = toml::from_str(text).map_err(|error| {
             let line = error.span().map_or(1, |span| 1 + text[..span.start.min(text.len())].matches('\n').count());
-            config(format!("{name}:{line}"), "TOML with baud and [[servo]] (docs/runtime.md)", error.message())
+            RuntimeError::mismatch(
+                format!("{name}:{line}"),
+                "TOML with baud and [[servo]] (docs/runtime.md)",
+                error.message(),
+            )
         })?;
         file.check(name)?;
         Ok(file)
@@ -105,26 +108,27 @@ impl ServoFile {
             let key = |key: &str| format!("{name}: servo of joint '{}': {key}", servo.joint);
             let models = || Model::ALL.map(|model| model.name).join(", ");
             let model = Model::by_name(&servo.model)
-                .ok_or_else(|| config(key("model"), &format!("one of {}", models()), &servo.model))?;
+                .ok_or_else(|| RuntimeError::mismatch(key("model"), format!("one of {}", models()), &servo.model))?;
             if self.baud < 9600 || self.baud > model.baud_max {
                 let expected = format!("9600 to {} bits/s for {}", model.baud_max, model.name);
-                return Err(config(format!("{name}: baud"), &expected, self.baud));
+                return Err(RuntimeError::mismatch(format!("{name}: baud"), expected, self.baud));
             }
             if servo.id > 252 {
-                return Err(config(key("id"), "0 to 252", servo.id));
+                return Err(RuntimeError::mismatch(key("id"), "0 to 252", servo.id));
             }
             if let Some(other) = self.servo[..i].iter().find(|other| other.id == servo.id || other.joint == servo.joint)
             {
                 let what = if other.id == servo.id { "id" } else { "joint" };
                 let expected = format!("{what} of one servo only");
-                return Err(config(key(what), &expected, format!("that of joint '{}' again", other.joint)));
+                let got = format!("that of joint '{}' again", other.joint);
+                return Err(RuntimeError::mismatch(key(what), expected, got));
             }
             if servo.sign.abs() != 1 {
-                return Err(config(key("sign"), "1 or -1", servo.sign));
+                return Err(RuntimeError::mismatch(key("sign"), "1 or -1", servo.sign));
             }
             for (what, gain) in [("p_gain", servo.p_gain), ("d_gain", servo.d_gain)] {
                 if gain > 16_383 {
-                    return Err(config(key(what), "0 to 16383", gain));
+                    return Err(RuntimeError::mismatch(key(what), "0 to 16383", gain));
                 }
             }
             let numbers = [
@@ -137,22 +141,23 @@ impl ServoFile {
             ];
             for (what, value, low, high, unit) in numbers {
                 if let Some(value) = value.filter(|value| !(low..=high).contains(value)) {
-                    return Err(config(key(what), &format!("{low} to {high} {unit}"), value));
+                    return Err(RuntimeError::mismatch(key(what), format!("{low} to {high} {unit}"), value));
                 }
             }
             let is_limited = servo.mode == OperatingMode::CurrentBasedPosition;
             if is_limited && model.current_unit.is_none() {
                 let expected = format!("position: {} measures no current", model.name);
-                return Err(config(key("mode"), &expected, "current_based_position"));
+                return Err(RuntimeError::mismatch(key("mode"), expected, "current_based_position"));
             }
             if is_limited != servo.current_max.is_some() {
                 let expected = if is_limited { "a current (A) in current_based_position" } else { "none in position" };
                 let got = servo.current_max.map_or("none".into(), |current| format!("{current} A"));
-                return Err(config(key("current_max"), expected, got));
+                return Err(RuntimeError::mismatch(key("current_max"), expected, got));
             }
             if model.current_unit.is_none() && servo.torque_constant.is_some() {
                 let expected = format!("none: {} measures no current", model.name);
-                return Err(config(key("torque_constant"), &expected, servo.torque_constant.unwrap_or_default()));
+                let got = servo.torque_constant.unwrap_or_default();
+                return Err(RuntimeError::mismatch(key("torque_constant"), expected, got));
             }
         }
         Ok(())
@@ -207,10 +212,6 @@ impl Servo {
     pub(crate) fn words(&self) -> String {
         format!("servo {} (joint '{}')", self.id, self.joint)
     }
-}
-
-fn config(key: String, expected: &str, got: impl std::fmt::Display) -> RuntimeError {
-    RuntimeError::Config { key, expected: expected.into(), got: got.to_string() }
 }
 
 #[cfg(test)]

@@ -36,13 +36,13 @@ pub use dialect::Dialect;
 pub use export::{ExportedFile, Motion, export, terms};
 pub use import::{Imported, import, joints_of};
 
-use lifelike_robot::RobotError;
+use lifelike_robot::{FromInput, RobotError};
 
 /// Metadata key of the rows that a reader can replay.
 pub const GOLDEN: &str = "lifelike_golden";
 /// Metadata key of the layout by our names.
 pub const LAYOUT: &str = "lifelike_layout";
 
-fn mismatch(what: impl Into<String>, expected: impl Into<String>, got: impl Into<String>) -> RobotError {
-    RobotError::Mismatch { what: what.into(), expected: expected.into(), got: got.into() }
+fn mismatch(what: impl ToString, expected: impl ToString, got: impl ToString) -> RobotError {
+    RobotError::mismatch(what, expected, got)
 }

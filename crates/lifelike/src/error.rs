@@ -87,7 +87,7 @@ macro_rules! codes {
 }
 
 codes! {
-    CheckpointError, ReportError,
+    RobotError, CheckpointError, ReportError,
     EvaluationError: Simulation,
     TrainError: Report,
     RepresentationError: Report Train,
@@ -123,15 +123,6 @@ impl From<LanguageError> for CliError {
     }
 }
 
-impl From<RobotError> for CliError {
-    fn from(error: RobotError) -> Self {
-        match &error {
-            RobotError::Io { source, .. } => Self::io(source, error.to_string()),
-            _ => Self::Input(error.to_string()),
-        }
-    }
-}
-
 impl From<CharacterError> for CliError {
     fn from(error: CharacterError) -> Self {
         match &error {
@@ -150,7 +141,7 @@ impl From<PlanError> for CliError {
 impl From<RuntimeError> for CliError {
     fn from(error: RuntimeError) -> Self {
         match error {
-            RuntimeError::Io { ref source, .. } => Self::io(source, error.to_string()),
+            RuntimeError::Input(error) => error.into(),
             RuntimeError::Robot(error) => error.into(),
             RuntimeError::Motion(error) => error.into(),
             RuntimeError::Checkpoint(error) => error.into(),

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use lifelike_robot::nearest::hint;
-use lifelike_robot::{Robot as Character, RobotError};
+use lifelike_robot::{FromInput, Robot as Character, RobotError};
 use lifelike_sim::{BatchState, Drive, EnvironmentParameters, IntegrationState, SimulationSpec};
 use numpy::{Element, PyArrayDyn};
 use pyo3::prelude::*;
@@ -226,10 +226,12 @@ impl Simulation {
         torque: Option<Numbers<'_, f32>>,
     ) -> PyResult<()> {
         let bodies = &self.robot.character.bodies;
-        let unknown = || RobotError::Mismatch {
-            what: "body".into(),
-            expected: format!("one of robot '{}'", self.robot.name),
-            got: format!("'{body}'{}", hint(body, bodies.iter().map(|body| body.name.as_str()))),
+        let unknown = || {
+            RobotError::mismatch(
+                "body",
+                format!("one of robot '{}'", self.robot.name),
+                format!("'{body}'{}", hint(body, bodies.iter().map(|body| body.name.as_str()))),
+            )
         };
         let body = bodies.iter().position(|known| known.name == body).ok_or_else(unknown).or_raise()?;
         let force = vector("force", &force)?;

@@ -14,9 +14,9 @@ use lifelike_motion::retarget::{RetargetOptions, retarget};
 use lifelike_motion::{MotionClip, MotionError, SourceClip, dataset, keyframes};
 use rayon::prelude::*;
 
-use crate::error::RobotError;
 use crate::nearest::hint;
 use crate::robot::Robot;
+use crate::{FromInput, RobotError};
 
 /// Share of an actuator's largest speed that a retargeted joint may have, so that the policy has room to correct.
 pub const SPEED_SHARE: f64 = 0.8;
@@ -155,11 +155,9 @@ pub fn load_one(input: &Path, robot: &Robot) -> Result<MotionClip, RobotError> {
 /// As [`load_one`].
 pub fn load_one_as(input: &Path, layout: Option<&'static Layout>, robot: &Robot) -> Result<MotionClip, RobotError> {
     let clips = load_as(&[input.to_path_buf()], layout, robot)?.all()?;
-    <[MotionClip; 1]>::try_from(clips).map(|[clip]| clip).map_err(|clips| RobotError::Mismatch {
-        what: input.display().to_string(),
-        expected: "one clip".into(),
-        got: clips.len().to_string(),
-    })
+    <[MotionClip; 1]>::try_from(clips)
+        .map(|[clip]| clip)
+        .map_err(|clips| RobotError::mismatch(input.display(), "one clip", clips.len()))
 }
 
 /// Returns our own basic clips ([`keyframes::BASIC`]) on a robot. Clips that do not suit it are left out.
@@ -207,11 +205,7 @@ fn builtin_by(words: &[PathBuf], robot: &Robot) -> Result<LoadedClips, RobotErro
     {
         let (names, got) = (names.iter().filter_map(|name| name.to_str()), unknown.display().to_string());
         let near = hint(&got, names.clone().chain([ALL]));
-        return Err(RobotError::Mismatch {
-            what: "our own clips".into(),
-            expected: names.collect::<Vec<_>>().join(", "),
-            got: got + &near,
-        });
+        return Err(RobotError::mismatch("our own clips", names.collect::<Vec<_>>().join(", "), got + &near));
     }
     let (basic, all) = (is(BUILTIN), is(ALL));
     Ok(builtin_where(robot, |file| all || basic && is_basic(file) || words.iter().any(|word| word == file)))

@@ -6,14 +6,9 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RobotError {
-    /// The file cannot be read.
-    #[error("{path}: {source}")]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// Cause.
-        source: std::io::Error,
-    },
+    /// A file or an input that cannot be used.
+    #[error(transparent)]
+    Input(#[from] lifelike_checkpoint::InputError),
     /// The profile is not what it should be.
     #[error("{path}: {message}")]
     Profile {
@@ -52,16 +47,6 @@ pub enum RobotError {
         robot: String,
         /// Number of its joints, and one that the policy lacks.
         robot_joints: String,
-    },
-    /// Two things that must carry the same names do not.
-    #[error("{what}: expected {expected}, got {got}")]
-    Mismatch {
-        /// Subject of the comparison.
-        what: String,
-        /// Expected content.
-        expected: String,
-        /// Actual content.
-        got: String,
     },
     /// The robot cannot be controlled, or its description contradicts itself.
     #[error("robot '{robot}': {message}")]

@@ -13,9 +13,9 @@ use std::sync::Arc;
 use lifelike_character::rotation::from_wxyz;
 use lifelike_character::{Kinematics, Symmetry, Vec3};
 
-use crate::error::RobotError;
 use crate::observation::MeasuredState;
 use crate::robot::Robot;
+use crate::{FromInput, RobotError};
 
 /// A robot lies on its belly when the vertical part of its forward axis is below this.
 const ON_BELLY: f64 = -0.6;
@@ -54,9 +54,9 @@ impl GetUpScript {
     /// Reads a script.
     ///
     /// # Errors
-    /// [`RobotError::Mismatch`] where the text is no script.
+    /// [`RobotError::Input`] where the text is no script.
     pub fn parse(text: &str) -> Result<Self, RobotError> {
-        toml::from_str(text).map_err(|error| mismatch("get-up script", "TOML of its keys", error.message()))
+        toml::from_str(text).map_err(|error| RobotError::mismatch("get-up script", "TOML of its keys", error.message()))
     }
 
     /// Returns the script of a robot that comes with the program; none where it has none.
@@ -114,7 +114,7 @@ impl GetUp {
     pub fn new(script: &GetUpScript, robot: Arc<Robot>) -> Result<Self, RobotError> {
         if script.joints != robot.layout.joints {
             let got = script.joints.join(", ");
-            return Err(mismatch("joints of the get-up script", &robot.layout.joints.join(", "), &got));
+            return Err(RobotError::mismatch("joints of the get-up script", robot.layout.joints.join(", "), got));
         }
         for (name, keys) in [("lie", &script.lie), ("roll", &script.roll), ("rise", &script.rise)] {
             let is_good = |key: &Key| {
@@ -123,7 +123,7 @@ impl GetUp {
             };
             if keys.is_empty() || !keys.iter().all(is_good) {
                 let expected = format!("keys of {} finite angles and 0.001 to 60 s", robot.joints());
-                return Err(mismatch(&format!("stage '{name}' of the get-up script"), &expected, "others"));
+                return Err(RobotError::mismatch(format!("stage '{name}' of the get-up script"), expected, "others"));
             }
         }
         let symmetry = Arc::new(Symmetry::derive(&robot.character)?);
@@ -235,8 +235,4 @@ impl GetUp {
 /// Returns the vertical part of an axis of the root.
 fn vertical(orientation: [f32; 4], axis: &Vec3) -> f64 {
     from_wxyz(orientation.map(f64::from)).map_or(0.0, |turn| (turn * axis).z)
-}
-
-fn mismatch(what: &str, expected: &str, got: &str) -> RobotError {
-    RobotError::Mismatch { what: what.into(), expected: expected.into(), got: got.into() }
 }

@@ -31,6 +31,7 @@ pub use clips::{LeftOut, LoadedClips};
 pub use controller::{Controller, ControllerFile, ControllerState};
 pub use error::RobotError;
 pub use get_up::{GetUp, GetUpScript};
+pub use lifelike_checkpoint::FromInput;
 pub use observation::{AnchorSpec, MeasuredState, ObservationInputs, ObservationSpec, ReferenceSpec};
 pub use profile::{ActuatorGroup, Profile};
 pub use readiness::{Problem, Readiness, Severity, Shapes, level_ground};

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::actuator::{ActuatorParameters, models};
-use crate::error::RobotError;
+use crate::{FromInput, RobotError};
 
 /// The text beside a robot's MJCF (`lima.toml` beside `lima.xml`). Every part is optional: what is missing is guessed
 /// from the model.
@@ -101,9 +101,9 @@ impl Profile {
     /// Reads a profile file.
     ///
     /// # Errors
-    /// [`RobotError::Io`], and what [`Self::from_toml`] fails with.
+    /// [`RobotError::Input`], and what [`Self::from_toml`] fails with.
     pub fn from_file(path: &Path) -> Result<Self, RobotError> {
-        let text = std::fs::read_to_string(path).map_err(|source| RobotError::Io { path: path.into(), source })?;
+        let text = std::fs::read_to_string(path).map_err(RobotError::io(path))?;
         Self::from_toml(&text, path)
     }
 }

@@ -1,8 +1,8 @@
 //! Settings of a run.
 
-use crate::error::RuntimeError;
 use crate::gate::LimitSettings;
 use crate::phase::Durations;
+use crate::{FromInput, RuntimeError};
 
 /// Settings of a run (TOML). Every key has a default.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -42,7 +42,7 @@ impl Config {
     /// An unknown key, a wrong type or a number out of range.
     pub fn from_toml(text: &str) -> Result<Self, RuntimeError> {
         let config: Self = toml::from_str(text)
-            .map_err(|error| RuntimeError::config("settings", "TOML of the runtime's keys", error.message()))?;
+            .map_err(|error| RuntimeError::mismatch("settings", "TOML of the runtime's keys", error.message()))?;
         config.check()?;
         Ok(config)
     }
@@ -55,7 +55,7 @@ impl Config {
         let within = |key: &str, value: f64, low: f64, high: f64| {
             let good = (low..=high).contains(&value);
             let expected = format!("a number from {low} to {high}");
-            if good { Ok(()) } else { Err(RuntimeError::config(key, &expected, value)) }
+            if good { Ok(()) } else { Err(RuntimeError::mismatch(key, &expected, value)) }
         };
         within("command_hz", self.command_hz, 1.0, 10_000.0)?;
         within("interpolation", self.interpolation, 0.0, 1.0)?;
@@ -77,7 +77,7 @@ impl Config {
         let ticks = (self.command_hz / control_hz).round();
         if ticks < 1.0 || (ticks * control_hz - self.command_hz).abs() > 1e-6 {
             let expected = format!("a multiple of the policy's rate ({control_hz} Hz)");
-            return Err(RuntimeError::config("command_hz", &expected, self.command_hz));
+            return Err(RuntimeError::mismatch("command_hz", &expected, self.command_hz));
         }
         Ok(ticks as usize)
     }

@@ -35,6 +35,7 @@ pub use drive::{Summary, drive};
 pub use error::RuntimeError;
 pub use estimator::{Estimate, StateEstimator};
 pub use gate::{Limits, Mode, SafeCommand, Trip};
+pub use lifelike_checkpoint::FromInput;
 pub use motions::Playlist;
 pub use phase::{Phase, Request};
 pub use supervisor::Supervisor;

@@ -2,10 +2,10 @@
 
 use crate::bus::{Bus, Facts, Measurement};
 use crate::clock::RecordedClock;
-use crate::error::RuntimeError;
 use crate::gate::SafeCommand;
 use crate::record::{CommandMessage, Entry, Record};
 use crate::supervisor::Supervisor;
+use crate::{FromInput, RuntimeError};
 
 /// First difference between a record and its replay.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -102,11 +102,8 @@ impl ReplayBus {
     /// The record lacks the robot's facts.
     pub fn new(record: &Record) -> Result<Self, RuntimeError> {
         let facts = record.meta("facts")?;
-        let facts = serde_json::from_str(facts).map_err(|error| RuntimeError::Record {
-            path: record.path.clone(),
-            expected: "facts of a robot".into(),
-            got: error.to_string(),
-        })?;
+        let facts = serde_json::from_str(facts)
+            .map_err(|error| RuntimeError::format(record.path.display(), "facts of a robot", error))?;
         let (mut times, mut packets) = (Vec::new(), Vec::new());
         for entry in &record.entries {
             match entry {

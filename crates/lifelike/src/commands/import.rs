@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use lifelike_interop::Imported;
 use lifelike_robot::controller::{Controller, EXTENSION};
-use lifelike_robot::{Robot, RobotError};
+use lifelike_robot::{FromInput, Robot, RobotError};
 use serde_json::json;
 
 use crate::error::CliError;
@@ -87,7 +87,7 @@ pub(super) fn read(
     robot: Option<&str>,
     terms: Option<&[String]>,
 ) -> Result<(Arc<Robot>, Imported), CliError> {
-    let bytes = std::fs::read(path).map_err(|source| RobotError::Io { path: path.into(), source })?;
+    let bytes = std::fs::read(path).map_err(RobotError::io(path))?;
     let shown = path.display().to_string();
     let robot = match robot {
         Some(name) => Robot::load(name)?,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lifelike_checkpoint::Checkpoint;
+use lifelike_checkpoint::{Checkpoint, FromInput};
 use lifelike_motion::features::frames_of;
 use lifelike_motion::resample::resample;
 use lifelike_motion::{FeatureLayout, Frame, MotionClip};
@@ -129,11 +129,8 @@ impl LatentEncoder for Prior {
     fn encode(&self, clip: &MotionClip, frames: &[Frame], fps: f64) -> Result<Vec<f32>, RobotError> {
         let rate = self.prior.windows().frame_rate;
         if (rate - fps).abs() > 1e-9 {
-            return Err(RobotError::Mismatch {
-                what: format!("clip '{}' for the prior (frames per second)", clip.name),
-                expected: rate.to_string(),
-                got: fps.to_string(),
-            });
+            let what = format!("clip '{}' for the prior (frames per second)", clip.name);
+            return Err(RobotError::mismatch(what, rate, fps));
         }
         let codes = self.prior.encode_clip(frames);
         codes.map_err(|source| RobotError::Encoder { clip: clip.name.clone(), source: Box::new(source) })

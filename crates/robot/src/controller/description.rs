@@ -4,8 +4,8 @@ use lifelike_checkpoint::Checkpoint;
 use sha2::{Digest, Sha256};
 
 use crate::actuator::{ActuatorParameters, friction};
-use crate::error::RobotError;
 use crate::robot::Robot;
+use crate::{FromInput, RobotError};
 
 /// Names of the actuator's numbers, in the order of their columns.
 const GAINS: [&str; 8] = [
@@ -95,7 +95,7 @@ impl RobotDescription {
     pub fn check(&self, robot: &Robot) -> Result<(), RobotError> {
         let own = Self::of(robot);
         let mismatch = |what: &str, expected: String, got: String| {
-            Err(RobotError::Mismatch { what: format!("{what} of robot '{}'", robot.name), expected, got })
+            Err(RobotError::mismatch(format!("{what} of robot '{}'", robot.name), expected, got))
         };
         for (what, expected, got) in [
             ("joints", &self.joints, &own.joints),
@@ -156,8 +156,8 @@ impl RobotDescription {
         }
         let digest = description.sha256();
         if digest != description.digest {
-            let what = "digest of the robot in the controller's file".into();
-            return Err(RobotError::Mismatch { what, expected: description.digest, got: digest });
+            let what = "digest of the robot in the controller's file";
+            return Err(RobotError::mismatch(what, description.digest, digest));
         }
         Ok(description)
     }

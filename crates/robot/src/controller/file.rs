@@ -10,8 +10,8 @@ use super::golden;
 use super::header::ControllerHeader;
 use super::policy::FrozenPolicy;
 use super::prior::PriorEncoder;
-use crate::error::RobotError;
 use crate::robot::Robot;
+use crate::{FromInput, RobotError};
 
 /// Ending of the names of controller files.
 pub const EXTENSION: &str = ".controller.safetensors";
@@ -58,7 +58,7 @@ impl ControllerFile {
         if let Some(prior) = &prior {
             let (of, spec) = (prior.header(), &header.observation);
             let mismatch = |what: &str, expected: String, got: String| {
-                Err(RobotError::Mismatch { what: format!("{what} of the controller's motion prior"), expected, got })
+                Err(RobotError::mismatch(format!("{what} of the controller's motion prior"), expected, got))
             };
             if of.latent != spec.reference.latent {
                 return mismatch("size of the latent code", spec.reference.latent.to_string(), of.latent.to_string());
@@ -95,11 +95,8 @@ impl ControllerFile {
     /// As [`Self::read`].
     pub fn from_checkpoint(file: &Checkpoint, path: &str) -> Result<Self, RobotError> {
         if !file.metadata().contains_key(KIND) {
-            return Err(RobotError::Mismatch {
-                what: path.into(),
-                expected: format!("a controller (a file with the header '{KIND}')"),
-                got: "another file".into(),
-            });
+            let expected = format!("a controller (a file with the header '{KIND}')");
+            return Err(RobotError::mismatch(path, expected, "another file"));
         }
         let header: ControllerHeader = file.meta(KIND)?;
         header.check()?;
@@ -108,11 +105,12 @@ impl ControllerFile {
         golden::replay(&policy, prior.as_ref(), file, path)?;
         let robot = RobotDescription::load(file)?;
         if robot.joints != header.observation.joints {
-            return Err(RobotError::Mismatch {
-                what: format!("{path}: joints of the robot"),
-                expected: header.observation.joints.join(", "),
-                got: robot.joints.join(", "),
-            });
+            let expected = header.observation.joints.join(", ");
+            return Err(RobotError::mismatch(
+                format!("{path}: joints of the robot"),
+                expected,
+                robot.joints.join(", "),
+            ));
         }
         Self::assemble(header, policy, prior, robot)
     }
@@ -126,11 +124,9 @@ impl ControllerFile {
         if wanted == 0 || self.prior.is_some() {
             return Ok(());
         }
-        Err(RobotError::Mismatch {
-            what: "motion prior in the controller's file".into(),
-            expected: format!("an encoder of the {wanted} latent numbers that the policy wants"),
-            got: "none: encoders of spline priors run beside a controller only, not in it".into(),
-        })
+        let expected = format!("an encoder of the {wanted} latent numbers that the policy wants");
+        let got = "none: encoders of spline priors run beside a controller only, not in it";
+        Err(RobotError::mismatch("motion prior in the controller's file", expected, got))
     }
 
     /// Returns the file's content.

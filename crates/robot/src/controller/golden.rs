@@ -4,8 +4,8 @@ use lifelike_checkpoint::Checkpoint;
 
 use super::policy::{FrozenPolicy, PolicyWorkspace};
 use super::prior::PriorEncoder;
-use crate::error::RobotError;
 use crate::network::Workspace;
+use crate::{FromInput, RobotError};
 
 /// Rows in a file.
 pub(super) const ROWS: usize = 64;
@@ -51,11 +51,7 @@ pub(super) fn replay(
 ) -> Result<(), RobotError> {
     let rows = file.entry("golden.observations")?.shape().first().copied().unwrap_or(0);
     if rows < ROWS {
-        return Err(RobotError::Mismatch {
-            what: format!("{path}: golden vectors"),
-            expected: format!("at least {ROWS}"),
-            got: rows.to_string(),
-        });
+        return Err(RobotError::mismatch(format!("{path}: golden vectors"), format!("at least {ROWS}"), rows));
     }
     let observations = file.f32s("golden.observations", &[rows, policy.normalizer().size()])?;
     let got = outputs(policy, &observations);

@@ -2,10 +2,10 @@
 
 use super::prior::PriorHeader;
 use crate::action::ActionSpec;
-use crate::error::RobotError;
 use crate::network::Layer;
 use crate::observation::ObservationSpec;
 use crate::robot::Robot;
+use crate::{FromInput, RobotError};
 
 /// Everything about a controller that is not an array.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -88,11 +88,8 @@ impl ControllerHeader {
         if self.control_hz == robot.control_hz {
             return Ok(());
         }
-        Err(RobotError::Mismatch {
-            what: format!("policy rate for robot '{}' (Hz)", robot.name),
-            expected: self.control_hz.to_string(),
-            got: robot.control_hz.to_string(),
-        })
+        let expected = self.control_hz;
+        Err(RobotError::mismatch(format!("policy rate for robot '{}' (Hz)", robot.name), expected, robot.control_hz))
     }
 
     /// Parts of a layout as a header names them.
@@ -103,7 +100,7 @@ impl ControllerHeader {
     /// Checks what does not depend on a robot.
     pub(super) fn check(&self) -> Result<(), RobotError> {
         let mismatch = |what: &str, expected: String, got: String| {
-            Err(RobotError::Mismatch { what: format!("controller: {what}"), expected, got })
+            Err(RobotError::mismatch(format!("controller: {what}"), expected, got))
         };
         if self.version != Self::VERSION {
             return mismatch("version", Self::VERSION.to_string(), self.version.to_string());

@@ -21,10 +21,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::action::ActionMap;
-use crate::error::RobotError;
 use crate::observation::{MeasuredState, ObservationInputs, ObservationSpec};
 use crate::reference::{Alignment, ReferenceStream, RootPose};
 use crate::robot::Robot;
+use crate::{FromInput, RobotError};
 
 pub use description::RobotDescription;
 pub use file::{ControllerFile, EXTENSION, KIND};
@@ -133,19 +133,15 @@ impl Controller {
     ) -> Result<(), RobotError> {
         let (got, expected) = (reference.layout(), &self.robot.layout);
         if got != expected {
-            return Err(RobotError::Mismatch {
-                what: format!("joints and end effectors of the reference for robot '{}'", self.robot.name),
-                expected: format!("{} and {}", expected.joints.join(", "), expected.end_effectors.join(", ")),
-                got: format!("{} and {}", got.joints.join(", "), got.end_effectors.join(", ")),
-            });
+            return Err(RobotError::mismatch(
+                format!("joints and end effectors of the reference for robot '{}'", self.robot.name),
+                format!("{} and {}", expected.joints.join(", "), expected.end_effectors.join(", ")),
+                format!("{} and {}", got.joints.join(", "), got.end_effectors.join(", ")),
+            ));
         }
         let joints = self.robot.joints();
         if measured.joint_position.len() != joints {
-            return Err(RobotError::Mismatch {
-                what: "length of joint positions".into(),
-                expected: joints.to_string(),
-                got: measured.joint_position.len().to_string(),
-            });
+            return Err(RobotError::mismatch("length of joint positions", joints, measured.joint_position.len()));
         }
         self.actions.holding(measured.joint_position, self.target_joints(reference), &mut history.last);
         history.before.copy_from_slice(&history.last);
@@ -200,11 +196,8 @@ impl Controller {
             (_, Some(latent), _) => latent,
             (_, None, Some(encoder)) => encoder.encode_around(reference, prior),
             (wanted, None, None) => {
-                return Err(RobotError::Mismatch {
-                    what: "latent code of the reference".into(),
-                    expected: format!("{wanted} numbers, or a controller with the encoder of its motion prior"),
-                    got: "none".into(),
-                });
+                let expected = format!("{wanted} numbers, or a controller with the encoder of its motion prior");
+                return Err(RobotError::mismatch("latent code of the reference", expected, "none"));
             }
         };
         spec.write(
@@ -245,11 +238,9 @@ impl Controller {
     ) -> Result<(), RobotError> {
         let joints = self.robot.joints();
         if output.len() != joints || targets.len() != joints {
-            return Err(RobotError::Mismatch {
-                what: "lengths of outputs and joint targets".into(),
-                expected: format!("{joints} and {joints}"),
-                got: format!("{} and {}", output.len(), targets.len()),
-            });
+            let expected = format!("{joints} and {joints}");
+            let got = format!("{} and {}", output.len(), targets.len());
+            return Err(RobotError::mismatch("lengths of outputs and joint targets", expected, got));
         }
         history.remember(self.actions.spec, output);
         self.actions.write(&history.last, self.target_joints(reference), targets);

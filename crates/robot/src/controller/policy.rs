@@ -6,8 +6,8 @@ use lifelike_checkpoint::{Checkpoint, CheckpointError};
 use lifelike_dense::{GruMemory, GruSizes};
 
 use super::header::ControllerHeader;
-use crate::error::RobotError;
 use crate::network::{Gru, Mlp, Normalizer, Stack, Workspace};
+use crate::{FromInput, RobotError};
 
 /// Prefixes of its arrays in a file.
 const MEAN: &str = "actor.mean";
@@ -39,11 +39,9 @@ impl Encoder {
         if let Some(state) = header.memory {
             let steps = spec.reference.history;
             if steps == 0 || state == 0 || !state.is_multiple_of(GruSizes::MULTIPLE) {
-                return Err(RobotError::Mismatch {
-                    what: "size of the state of a policy's memory".into(),
-                    expected: format!("a multiple of {}, and inputs.history above 0", GruSizes::MULTIPLE),
-                    got: format!("{state}, and a history of {steps} steps"),
-                });
+                let expected = format!("a multiple of {}, and inputs.history above 0", GruSizes::MULTIPLE);
+                let got = format!("{state}, and a history of {steps} steps");
+                return Err(RobotError::mismatch("size of the state of a policy's memory", expected, got));
             }
             let sizes = GruSizes { inputs: spec.history_size() / steps, state, steps };
             return Ok(Some(Self::Recurrent(Gru::load(file, MEMORY, sizes)?)));
@@ -51,11 +49,8 @@ impl Encoder {
         let window = spec.window_size();
         let (hidden, code) = header.encoder.clone().unwrap_or_default();
         if (window > 0) != (code > 0) {
-            return Err(RobotError::Mismatch {
-                what: format!("size of the code of a window of {window} numbers"),
-                expected: if window > 0 { "above 0" } else { "0" }.into(),
-                got: code.to_string(),
-            });
+            let what = format!("size of the code of a window of {window} numbers");
+            return Err(RobotError::mismatch(what, if window > 0 { "above 0" } else { "0" }, code));
         }
         let load = || Mlp::load(file, ENCODER, window, &hidden, code);
         Ok((code > 0).then(load).transpose()?.map(Self::UnitCode))
@@ -143,11 +138,7 @@ impl FrozenPolicy {
             layers => Network::Stack(Stack::load(file, MEAN, inputs, layers)?),
         };
         if mean.outputs() != joints {
-            return Err(RobotError::Mismatch {
-                what: "outputs of the policy".into(),
-                expected: joints.to_string(),
-                got: mean.outputs().to_string(),
-            });
+            return Err(RobotError::mismatch("outputs of the policy", joints, mean.outputs()));
         }
         Ok(Self { normalizer, encoder, mean })
     }

@@ -5,9 +5,9 @@ use lifelike_motion::resample::{frame_at, locate};
 use lifelike_motion::window::{WindowSpec, write_window};
 use lifelike_motion::{FeatureLayout, Frame, MotionClip};
 
-use crate::error::RobotError;
 use crate::network::{ComponentEncoder, ConvEncoder, ConvSizes, Weights, Workspace};
 use crate::reference::{LatentEncoder, ReferenceStream};
+use crate::{FromInput, RobotError};
 
 /// Kinds of priors, as their files say.
 const CONVOLUTIONAL: &str = "motion prior";
@@ -74,8 +74,7 @@ impl PriorHeader {
             if (low..=high).contains(&value) {
                 return Ok(());
             }
-            let expected = format!("{low} to {high}");
-            Err(RobotError::Mismatch { what: format!("motion prior: {what}"), expected, got: value.to_string() })
+            Err(RobotError::mismatch(format!("motion prior: {what}"), format!("{low} to {high}"), value))
         };
         within("frame_rate", self.frame_rate, 1.0, 1000.0)?;
         within("half_width", self.half_width as f64, 1.0, 500.0)?;
@@ -133,9 +132,8 @@ impl PriorEncoder {
                         .to_string(),
                     other => format!("a '{other}'"),
                 };
-                let what = "motion prior of a controller".to_string();
-                let expected = "a convolutional one, or principal components".into();
-                return Err(RobotError::Mismatch { what, expected, got });
+                let what = "motion prior of a controller";
+                return Err(RobotError::mismatch(what, "a convolutional one, or principal components", got));
             }
         };
         let Plan { windows: Windows { frame_rate, half_width, window_seconds }, latent, channels, blocks, linear_path } =
@@ -245,7 +243,7 @@ impl PriorEncoder {
 
     fn check_frames(&self, clip: &str, frames: &[Frame]) -> Result<(), RobotError> {
         let Some((i, expected, got)) = self.header.layout.first_misfit(frames) else { return Ok(()) };
-        Err(RobotError::Mismatch { what: format!("clip '{clip}' for the motion prior, frame {i}"), expected, got })
+        Err(RobotError::mismatch(format!("clip '{clip}' for the motion prior, frame {i}"), expected, got))
     }
 }
 
@@ -257,11 +255,8 @@ impl LatentEncoder for PriorEncoder {
     fn encode(&self, clip: &MotionClip, frames: &[Frame], fps: f64) -> Result<Vec<f32>, RobotError> {
         let rate = self.header.frame_rate;
         if (rate - fps).abs() > 1e-9 {
-            return Err(RobotError::Mismatch {
-                what: format!("clip '{}' for the motion prior (frames per second)", clip.name),
-                expected: rate.to_string(),
-                got: fps.to_string(),
-            });
+            let what = format!("clip '{}' for the motion prior (frames per second)", clip.name);
+            return Err(RobotError::mismatch(what, rate, fps));
         }
         self.check_frames(&clip.name, frames)?;
         let (spec, latent) = (self.header.window(), self.header.latent);

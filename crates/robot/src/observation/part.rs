@@ -8,7 +8,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::chain::Pose;
 use super::inputs::ObservationInputs;
 use super::spec::ObservationSpec;
-use crate::error::RobotError;
+use crate::{FromInput, RobotError};
 
 /// A sensor, or an estimator in its place, that a part comes from: what a sensor model gives noise and delays to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -111,11 +111,7 @@ pub(super) enum Wrong {
 impl Wrong {
     pub(super) fn of(self, part: &str) -> RobotError {
         match self {
-            Self::Length { expected, got } => RobotError::Mismatch {
-                what: format!("length of {part}"),
-                expected: expected.to_string(),
-                got: got.to_string(),
-            },
+            Self::Length { expected, got } => RobotError::mismatch(format!("length of {part}"), expected, got),
             Self::Unmeasured(needed) => RobotError::Unmeasured { part: part.into(), needed },
             Self::Frames(error) => error,
         }

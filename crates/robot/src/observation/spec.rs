@@ -3,8 +3,8 @@
 use super::chain::Chain;
 use super::inputs::ObservationInputs;
 use super::part::{Declaration, Occurs, PARTS, Part, Scene, Source};
-use crate::error::RobotError;
 use crate::robot::Robot;
+use crate::{FromInput, RobotError};
 
 /// Parts of the reference that the policy sees (c_t of thesis 4.2.2).
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
@@ -168,10 +168,10 @@ impl ObservationSpec {
     /// Checks that this layout, as saved with a policy, is that of `robot`.
     ///
     /// # Errors
-    /// [`RobotError::Mismatch`] for another version or other names, also in another order.
+    /// [`RobotError::Input`] for another version or other names, also in another order.
     pub fn check(&self, robot: &Robot) -> Result<(), RobotError> {
         let mismatch = |what: &str, expected: String, got: String| {
-            Err(RobotError::Mismatch { what: format!("observation of robot '{}': {what}", robot.name), expected, got })
+            Err(RobotError::mismatch(format!("observation of robot '{}': {what}", robot.name), expected, got))
         };
         if self.version != Self::VERSION {
             return mismatch("version", Self::VERSION.to_string(), self.version.to_string());
@@ -286,10 +286,10 @@ impl ObservationSpec {
     /// Checks sizes that come from a file, before anything is made of them.
     ///
     /// # Errors
-    /// [`RobotError::Mismatch`] for a default pose of another length than the joints, or absurd sizes.
+    /// [`RobotError::Input`] for a default pose of another length than the joints, or absurd sizes.
     pub fn check_sizes(&self) -> Result<(), RobotError> {
         let mismatch = |what: &str, expected: String, got: usize| {
-            Err(RobotError::Mismatch { what: format!("observation: {what}"), expected, got: got.to_string() })
+            Err(RobotError::mismatch(format!("observation: {what}"), expected, got))
         };
         if self.default_pose.len() != self.joints.len() {
             return mismatch("angles of the default pose", self.joints.len().to_string(), self.default_pose.len());
@@ -298,19 +298,13 @@ impl ObservationSpec {
             return mismatch("size of a latent code", format!("at most {LATENT_MAX}"), self.reference.latent);
         }
         if let Some(unknown) = self.reference.terms.iter().find(|term| !TERMS.contains(&term.as_str())) {
-            return Err(RobotError::Mismatch {
-                what: "observation: a term (inputs.terms)".into(),
-                expected: TERMS.join(", "),
-                got: unknown.clone(),
-            });
+            return Err(RobotError::mismatch("observation: a term (inputs.terms)", TERMS.join(", "), unknown));
         }
         let fits = self.anchor_chain.fits(self.joints.len());
         if !fits || self.anchor_chain.body != self.reference.anchor_body {
-            return Err(RobotError::Mismatch {
-                what: "observation: the anchor body (inputs.anchor_body)".into(),
-                expected: "a body of the robot behind hinges, or none for the root".into(),
-                got: self.reference.anchor_body.clone(),
-            });
+            let expected = "a body of the robot behind hinges, or none for the root";
+            let got = &self.reference.anchor_body;
+            return Err(RobotError::mismatch("observation: the anchor body (inputs.anchor_body)", expected, got));
         }
         if self.reference.history > HISTORY_MAX {
             return mismatch("steps of its history", format!("at most {HISTORY_MAX}"), self.reference.history);
@@ -321,11 +315,8 @@ impl ObservationSpec {
         }
         let known = |name: &String| PARTS.iter().any(|part| part.name == name && (part.occurs)(self).count() > 0);
         if let Some(unknown) = self.reference.parts.iter().find(|name| !known(name)) {
-            return Err(RobotError::Mismatch {
-                what: "observation: a further part".into(),
-                expected: "the name of one that this version has".into(),
-                got: unknown.clone(),
-            });
+            let expected = "the name of one that this version has";
+            return Err(RobotError::mismatch("observation: a further part", expected, unknown));
         }
         Ok(())
     }
@@ -335,15 +326,11 @@ impl ObservationSpec {
     /// Allocates nothing. A root orientation without a direction (zero or NaN) gives NaN, for the caller to quarantine.
     ///
     /// # Errors
-    /// [`RobotError::Mismatch`] when an array has the wrong length, [`RobotError::Unmeasured`] when a part needs what was
+    /// [`RobotError::Input`] when an array has the wrong length, [`RobotError::Unmeasured`] when a part needs what was
     /// not measured.
     pub fn write(&self, inputs: &ObservationInputs<'_>, out: &mut [f32]) -> Result<(), RobotError> {
         let got = out.len();
-        let wrong_length = || RobotError::Mismatch {
-            what: "length of observation".into(),
-            expected: self.size().to_string(),
-            got: got.to_string(),
-        };
+        let wrong_length = || RobotError::mismatch("length of observation", self.size(), got);
         if self.default_pose.len() != self.joints.len() {
             self.check_sizes()?;
         }
@@ -372,15 +359,12 @@ impl ObservationSpec {
     /// `frames: [N, F]` into `out: [N, F]`.
     ///
     /// # Errors
-    /// [`RobotError::Mismatch`] when the lengths differ or are no multiple of F.
+    /// [`RobotError::Input`] when the lengths differ or are no multiple of F.
     pub fn write_frames(&self, frames: &[f32], out: &mut [f32]) -> Result<(), RobotError> {
         let size = self.frame_size();
         if frames.len() != out.len() || !frames.len().is_multiple_of(size) {
-            return Err(RobotError::Mismatch {
-                what: "length of reference frames".into(),
-                expected: format!("{}, a multiple of {size}", out.len()),
-                got: frames.len().to_string(),
-            });
+            let expected = format!("{}, a multiple of {size}", out.len());
+            return Err(RobotError::mismatch("length of reference frames", expected, frames.len()));
         }
         let joints = 13..13 + self.joints.len();
         for (frame, out) in frames.chunks_exact(size).zip(out.chunks_exact_mut(size)) {

@@ -12,8 +12,8 @@ use rand::seq::SliceRandom;
 use sha2::{Digest, Sha256};
 
 use super::encoder::LatentEncoder;
-use crate::error::RobotError;
 use crate::robot::Robot;
+use crate::{FromInput, RobotError};
 
 /// Air below a robot that begins in a frame (m): a foot that begins in the ground is thrown out of it.
 const START_CLEARANCE: f64 = 0.002;
@@ -76,12 +76,12 @@ impl ReferenceLibrary {
         let mut seen = BTreeSet::new();
         for clip in clips {
             if !seen.insert(clip.name.as_str()) {
-                return Err(mismatch(format!("clip '{}'", clip.name), "one clip of this name", "two".into()));
+                return Err(RobotError::mismatch(format!("clip '{}'", clip.name), "one clip of this name", "two"));
             }
             library.add(robot, clip, encoder)?;
         }
         if library.names.is_empty() {
-            return Err(mismatch("clips".into(), "at least one", "none".into()));
+            return Err(RobotError::mismatch("clips", "at least one", "none"));
         }
         library.measure();
         Ok(library)
@@ -100,13 +100,13 @@ impl ReferenceLibrary {
         let frames = frames_of(&clip, &robot.character, &robot.effectors)?;
         let what = || format!("clip '{}'", clip.name);
         if frames.len() < 3 {
-            return Err(mismatch(what(), "at least 3 frames at the policy's rate", frames.len().to_string()));
+            return Err(RobotError::mismatch(what(), "at least 3 frames at the policy's rate", frames.len()));
         }
         let mut row = vec![0.0; self.layout.size()];
         for (i, frame) in frames.iter().enumerate() {
             frame.write_features(&frame.root_orientation, &mut row);
             if let Some(bad) = row.iter().find(|x| !x.is_finite()) {
-                return Err(mismatch(what(), "finite numbers", format!("{bad} in frame {i}")));
+                return Err(RobotError::mismatch(what(), "finite numbers", format!("{bad} in frame {i}")));
             }
             self.features.extend(row.iter().map(|x| *x as f32));
             self.root_position.extend(frame.root_position.iter().map(|x| *x as f32));
@@ -118,7 +118,7 @@ impl ReferenceLibrary {
             let codes = encoder.encode(&clip, &frames, robot.control_hz)?;
             if codes.len() != frames.len() * self.latent {
                 let expected = format!("{} latent numbers", frames.len() * self.latent);
-                return Err(mismatch(what(), &expected, codes.len().to_string()));
+                return Err(RobotError::mismatch(what(), expected, codes.len()));
             }
             self.latents.extend(codes);
         }
@@ -131,10 +131,10 @@ impl ReferenceLibrary {
     /// Gives every frame the latent code of another one, drawn by a seed: each code is used once.
     ///
     /// # Errors
-    /// [`RobotError::Mismatch`] for a library without codes.
+    /// [`RobotError::Input`] for a library without codes.
     pub fn permute_codes(&mut self, seed: u64) -> Result<(), RobotError> {
         if self.latent == 0 {
-            return Err(mismatch("permuted codes".into(), "a policy that sees latent codes", "one without".into()));
+            return Err(RobotError::mismatch("permuted codes", "a policy that sees latent codes", "one without"));
         }
         let mut order: Vec<usize> = (0..self.len()).collect();
         order.shuffle(&mut stream(seed, "permuted codes", 0, 0));
@@ -330,10 +330,6 @@ pub fn standing_clip(robot: &Robot, seconds: f64) -> MotionClip {
 fn three(values: &[f32], frame: usize) -> [f32; 3] {
     let v = &values[3 * frame..3 * frame + 3];
     [v[0], v[1], v[2]]
-}
-
-fn mismatch(what: String, expected: &str, got: String) -> RobotError {
-    RobotError::Mismatch { what, expected: expected.into(), got }
 }
 
 impl AsRef<ReferenceLibrary> for ReferenceLibrary {

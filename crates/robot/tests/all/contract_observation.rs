@@ -1,5 +1,6 @@
 //! Promises about what a policy sees.
 use lifelike_character::{Kinematics, Quat, Vec3};
+use lifelike_checkpoint::InputError;
 use lifelike_motion::{FeatureLayout, Frame};
 use lifelike_robot::observation::Part;
 use lifelike_robot::reference::RootPose;
@@ -267,7 +268,10 @@ fn wrong_lengths_and_layouts_are_refused_by_name() {
         past: &[],
     };
     let error = spec.write(&inputs, &mut vec![0.0; spec.size()]).unwrap_err();
-    assert!(matches!(&error, RobotError::Mismatch { expected, got, .. } if expected == "64" && got == "63"), "{error}");
+    assert!(
+        matches!(&error, RobotError::Input(InputError::Mismatch { expected, got, .. }) if expected == "64" && got == "63"),
+        "{error}"
+    );
 
     let blind = MeasuredState { linear_velocity_w: None, ..measured };
     let inputs = ObservationInputs { measured: &blind, latent: &[0.0; 64], ..inputs };

@@ -2,7 +2,7 @@
 
 use lifelike_robot::{ActionSpec, Robot};
 
-use crate::error::RuntimeError;
+use crate::{FromInput, RuntimeError};
 
 /// Limits that the user may set (TOML, table `[limits]`). Shares are of the robot's own limits.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -79,20 +79,20 @@ impl LimitSettings {
         ];
         for (key, value) in positive {
             if !(value.is_finite() && value > 0.0) {
-                return Err(RuntimeError::config(key, "a number above 0", value));
+                return Err(RuntimeError::mismatch(key, "a number above 0", value));
             }
         }
         for (key, value) in [("limits.torque_share", self.torque_share), ("limits.range_share", self.range_share)] {
             if !(value > 0.0 && value <= 1.0) {
-                return Err(RuntimeError::config(key, "a share above 0 and at most 1", value));
+                return Err(RuntimeError::mismatch(key, "a share above 0 and at most 1", value));
             }
         }
         if self.temperature_max.is_nan() || self.temperature_max <= self.temperature_derate {
             let expected = format!("more than limits.temperature_derate ({})", self.temperature_derate);
-            return Err(RuntimeError::config("limits.temperature_max", &expected, self.temperature_max));
+            return Err(RuntimeError::mismatch("limits.temperature_max", &expected, self.temperature_max));
         }
         if !(self.battery_min.is_finite() && self.battery_min >= 0.0) {
-            return Err(RuntimeError::config("limits.battery_min", "a number of at least 0", self.battery_min));
+            return Err(RuntimeError::mismatch("limits.battery_min", "a number of at least 0", self.battery_min));
         }
         Ok(())
     }

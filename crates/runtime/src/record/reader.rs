@@ -8,7 +8,7 @@ use mcap::records::Record as McapRecord;
 
 use super::message::{CommandMessage, MeasuredMessage, PolicyMessage};
 use super::recorder::Attachment;
-use crate::error::RuntimeError;
+use crate::{FromInput, RuntimeError};
 
 /// Largest record and chunk that is believed (bytes): a chunk has 1 MB, a controller at most some hundred.
 const LARGEST: usize = 1 << 30;
@@ -46,11 +46,7 @@ impl Record {
     /// The file is none of [`super::Recorder`], or a message is malformed.
     pub fn read(path: &Path) -> Result<Self, RuntimeError> {
         let bytes = std::fs::read(path).map_err(RuntimeError::io(path))?;
-        let bad = |got: String| RuntimeError::Record {
-            path: path.into(),
-            expected: "an MCAP record of `lifelike run`".into(),
-            got,
-        };
+        let bad = |got: String| RuntimeError::format(path.display(), "an MCAP record of `lifelike run`", got);
         let mut record = Self {
             path: path.into(),
             metadata: BTreeMap::new(),
@@ -121,11 +117,10 @@ impl Record {
     /// # Errors
     /// There is none of this name.
     pub fn meta(&self, key: &str) -> Result<&str, RuntimeError> {
-        self.metadata.get(key).map(String::as_str).ok_or_else(|| RuntimeError::Record {
-            path: self.path.clone(),
-            expected: format!("metadata '{key}'"),
-            got: "none".into(),
-        })
+        self.metadata
+            .get(key)
+            .map(String::as_str)
+            .ok_or_else(|| RuntimeError::format(self.path.display(), format!("metadata '{key}'"), "none"))
     }
 
     /// Returns the attachments whose names end so.

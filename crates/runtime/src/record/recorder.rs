@@ -15,11 +15,11 @@ use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::message::{CommandMessage, MeasuredMessage, PolicyMessage, all, schema};
 use crate::bus::Measurement;
-use crate::error::RuntimeError;
 use crate::gate::Mode;
 use crate::phase::{Phase, Request};
 use crate::supervisor::Supervisor;
 use crate::udp::packet::{self, Received};
+use crate::{FromInput, RuntimeError};
 
 /// Bytes between the loop and the writer: seconds of a 1 kHz loop.
 const RING: usize = 8 << 20;
@@ -64,11 +64,7 @@ impl Recorder {
         attachments: &[Attachment],
     ) -> Result<Self, RuntimeError> {
         let file = File::create_new(path).map_err(RuntimeError::io(path))?;
-        let failed = |error: mcap::McapError| RuntimeError::Record {
-            path: path.into(),
-            expected: "a file that can be written".into(),
-            got: error.to_string(),
-        };
+        let failed = |error: mcap::McapError| RuntimeError::format(path.display(), "a file that can be written", error);
         let options = mcap::WriteOptions::new().profile("").library("lifelike").compression_level(1);
         let mut mcap = options.create(BufWriter::new(file)).map_err(failed)?;
         mcap.write_metadata(&Metadata { name: super::METADATA.into(), metadata }).map_err(failed)?;
@@ -135,10 +131,7 @@ impl Recorder {
     pub fn finish(mut self) -> Result<(), RuntimeError> {
         self.is_over.store(true, Ordering::Release);
         let result = self.writer.take().map_or(Ok(Ok(())), JoinHandle::join);
-        let failed = |got: String| {
-            let expected = "a file that can be written".into();
-            Err(RuntimeError::Record { path: self.path.clone(), expected, got })
-        };
+        let failed = |got: String| Err(RuntimeError::format(self.path.display(), "a file that can be written", got));
         match result {
             Ok(Ok(())) => Ok(()),
             Ok(Err(error)) => failed(error),
