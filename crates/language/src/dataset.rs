@@ -7,8 +7,8 @@ use lifelike_checkpoint::write_file;
 use lifelike_motion::{MotionClip, container};
 use serde::{Deserialize, Serialize};
 
-use crate::error::LanguageError;
 use crate::facts::Facts;
+use crate::{FromInput, LanguageError};
 
 /// The index's file name.
 pub const INDEX: &str = "dataset.jsonl";
@@ -74,7 +74,7 @@ pub struct CaptionedSet {
 impl CaptionedSet {
     /// Reads the index of a folder. Clips are read by [`Self::clip`].
     ///
-    /// # Errors [`LanguageError::Io`] for a folder without index; [`LanguageError::Line`] for a line that is no entry,
+    /// # Errors [`LanguageError::Input`] for a folder without index; [`LanguageError::Line`] for a line that is no entry,
     /// an entry without caption and a duration that is not positive. It is returned as well for a file outside of the
     /// folder or named twice, and one motion file in two splits.
     pub fn read(folder: &Path) -> Result<Self, LanguageError> {
@@ -86,7 +86,7 @@ impl CaptionedSet {
     /// Writes the index.
     ///
     /// # Errors
-    /// [`LanguageError::Io`] for a folder that cannot be written, [`LanguageError::Line`] for an entry that
+    /// [`LanguageError::Input`] for a folder that cannot be written, [`LanguageError::Line`] for an entry that
     /// [`Self::read`] would refuse.
     pub fn write(&self) -> Result<(), LanguageError> {
         let path = self.folder.join(INDEX);

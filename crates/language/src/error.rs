@@ -8,14 +8,9 @@ use lifelike_motion::MotionError;
 /// A failure of reading, making or checking captioned motion.
 #[derive(Debug, thiserror::Error)]
 pub enum LanguageError {
-    /// A file or folder that cannot be read or written.
-    #[error("{path}: {source}")]
-    Io {
-        /// The file or folder.
-        path: PathBuf,
-        /// The system's words.
-        source: std::io::Error,
-    },
+    /// A file or an input that cannot be used.
+    #[error(transparent)]
+    Input(#[from] lifelike_checkpoint::InputError),
     /// A line of a text that is not what it must be.
     #[error("{path}:{line}: {message}")]
     Line {
@@ -54,12 +49,6 @@ pub enum LanguageError {
 }
 
 impl LanguageError {
-    /// Returns what makes an error of a file of the system's error.
-    pub fn io(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
-        let path = path.into();
-        move |source| Self::Io { path, source }
-    }
-
     /// Returns the error of a line (from 1) of a file.
     pub fn line(path: impl Into<PathBuf>, line: usize, message: impl Into<String>) -> Self {
         Self::Line { path: path.into(), line, message: message.into() }

@@ -19,8 +19,8 @@ use lifelike_motion::formats::{amass, clip_name};
 use lifelike_motion::{MotionClip, container};
 
 use crate::dataset::{Entry, Split};
-use crate::error::LanguageError;
 use crate::mirror_caption::mirror_caption;
+use crate::{FromInput, LanguageError};
 
 /// Frames per second of the index and of HumanML3D's motion.
 pub const FPS: f64 = 20.0;
@@ -85,7 +85,7 @@ impl Item {
 /// Reads a folder of HumanML3D: index, texts and lists. Items that stand in no list have no split.
 ///
 /// # Errors
-/// [`LanguageError::Io`] for a file that is missing, [`LanguageError::Line`] for a line that is not of the layout.
+/// [`LanguageError::Input`] for a file that is missing, [`LanguageError::Line`] for a line that is not of the layout.
 pub fn read(folder: &Path) -> Result<Vec<Item>, LanguageError> {
     let index = folder.join("index.csv");
     let content = text_of(&index)?;

@@ -21,6 +21,7 @@ mod touch;
 pub use dataset::{CaptionedSet, Entry, Split};
 pub use error::LanguageError;
 pub use facts::Facts;
+use lifelike_checkpoint::FromInput;
 pub use mirror_caption::mirror_caption;
 pub use posture::Posture;
 pub use touch::Touch;

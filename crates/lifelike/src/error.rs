@@ -87,7 +87,7 @@ macro_rules! codes {
 }
 
 codes! {
-    RobotError, CheckpointError, ReportError,
+    MotionError, LanguageError, RobotError, CheckpointError, ReportError,
     EvaluationError: Simulation,
     TrainError: Report,
     RepresentationError: Report Train,
@@ -100,24 +100,6 @@ impl From<InputError> for CliError {
     fn from(error: InputError) -> Self {
         match &error {
             InputError::Io { source, .. } => Self::io(source, error.to_string()),
-            _ => Self::Input(error.to_string()),
-        }
-    }
-}
-
-impl From<MotionError> for CliError {
-    fn from(error: MotionError) -> Self {
-        match &error {
-            MotionError::Io { source, .. } => Self::io(source, error.to_string()),
-            _ => Self::Input(error.to_string()),
-        }
-    }
-}
-
-impl From<LanguageError> for CliError {
-    fn from(error: LanguageError) -> Self {
-        match &error {
-            LanguageError::Io { source, .. } => Self::io(source, error.to_string()),
             _ => Self::Input(error.to_string()),
         }
     }

@@ -28,8 +28,8 @@ use safetensors::{Dtype, SafeTensors};
 use sha2::{Digest, Sha256};
 
 use crate::clip::{Contacts, MotionClip, Provenance};
-use crate::error::MotionError;
 use crate::formats::{Format, Reader};
+use crate::{FromInput, MotionError};
 
 /// Ending of our motion files' names.
 pub const EXTENSION: &str = ".motion.safetensors";
@@ -144,10 +144,10 @@ where
 /// Writes the clip. The file appears under its name only when it is complete.
 ///
 /// # Errors
-/// As [`to_bytes`], and [`MotionError::Io`].
+/// As [`to_bytes`], and [`MotionError::Input`].
 pub fn write(path: &Path, clip: &MotionClip) -> Result<(), MotionError> {
     let bytes = to_bytes(clip)?;
-    let io = |source| MotionError::Io { path: path.to_path_buf(), source };
+    let io = MotionError::io(path);
     if let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty()) {
         fs::create_dir_all(folder).map_err(io)?;
     }
@@ -157,10 +157,10 @@ pub fn write(path: &Path, clip: &MotionClip) -> Result<(), MotionError> {
 /// Reads a clip.
 ///
 /// # Errors
-/// [`MotionError::Io`], [`MotionError::Container`] for anything that is not what the container should hold, and
+/// [`MotionError::Input`] for a file that cannot be read, or is not what the container should hold;
 /// [`MotionError::Unfit`] for contents that contradict each other.
 pub fn read(path: &Path) -> Result<MotionClip, MotionError> {
-    let bytes = fs::read(path).map_err(|source| MotionError::Io { path: path.to_path_buf(), source })?;
+    let bytes = fs::read(path).map_err(MotionError::io(path))?;
     from_bytes(&bytes, path)
 }
 
@@ -169,7 +169,7 @@ pub fn read(path: &Path) -> Result<MotionClip, MotionError> {
 /// # Errors
 /// As [`read`], less the reading.
 pub fn from_bytes(bytes: &[u8], file: &Path) -> Result<MotionClip, MotionError> {
-    let error = |expected: String, got: String| MotionError::Container { file: file.to_path_buf(), expected, got };
+    let error = |expected: String, got: String| MotionError::format(file.display(), expected, got);
     let broken = |e: safetensors::SafeTensorError| error("a safetensors file".into(), e.to_string());
     let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(broken)?;
     let arrays = SafeTensors::deserialize(bytes).map_err(broken)?;

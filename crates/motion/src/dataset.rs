@@ -2,8 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::error::MotionError;
+use lifelike_checkpoint::InputError;
+
 use crate::formats::{self, Format};
+use crate::{FromInput, MotionError};
 
 /// Finds files by name, folder, glob pattern (`motions/**/*.bvh`) or `@list.txt`, sorted and without repetition. A
 /// list is a file with one of those per line; empty lines and comments after `#` do not count.
@@ -11,7 +13,7 @@ use crate::formats::{self, Format};
 /// A file that is named is taken as it is; of folders (searched to the bottom) and patterns only what `accepts` is.
 ///
 /// # Errors
-/// [`MotionError::Io`] for a missing input, a folder that cannot be read, a bad pattern, or a folder or pattern in
+/// [`MotionError::Input`] for a missing input, a folder that cannot be read, a bad pattern, or a folder or pattern in
 /// which nothing is accepted.
 pub fn find_files(inputs: &[PathBuf], accepts: impl Fn(&Path) -> bool) -> Result<Vec<PathBuf>, MotionError> {
     find(inputs, "a file of use", &accepts)
@@ -38,7 +40,7 @@ fn find(inputs: &[PathBuf], sought: &str, accepts: &impl Fn(&Path) -> bool) -> R
             let text = input.to_string_lossy();
             let matches = glob::glob(&text).map_err(|e| fail(input, format!("bad pattern: {e}")))?;
             for path in matches {
-                let path = path.map_err(|e| MotionError::Io { path: e.path().to_path_buf(), source: e.into() })?;
+                let path = path.map_err(|e| InputError::Io { path: e.path().into(), source: e.into() })?;
                 if path.is_file() && accepts(&path) {
                     found.push(path);
                 }
@@ -58,7 +60,7 @@ fn find(inputs: &[PathBuf], sought: &str, accepts: &impl Fn(&Path) -> bool) -> R
 /// Replaces `@file` by the lines of the file that are neither empty nor comments.
 ///
 /// # Errors
-/// [`MotionError::Io`] for a list that cannot be read.
+/// [`MotionError::Input`] for a list that cannot be read.
 pub fn with_lists(inputs: &[PathBuf]) -> Result<Vec<PathBuf>, MotionError> {
     let mut all = Vec::with_capacity(inputs.len());
     for input in inputs {
@@ -66,14 +68,14 @@ pub fn with_lists(inputs: &[PathBuf]) -> Result<Vec<PathBuf>, MotionError> {
             all.push(input.clone());
             continue;
         };
-        let text = std::fs::read_to_string(file).map_err(|source| MotionError::Io { path: file.into(), source })?;
+        let text = std::fs::read_to_string(file).map_err(MotionError::io(Path::new(file)))?;
         all.extend(text.lines().map(str::trim).filter(|l| !l.is_empty() && !l.starts_with('#')).map(PathBuf::from));
     }
     Ok(all)
 }
 
 fn walk(folder: &Path, accepts: &impl Fn(&Path) -> bool, found: &mut Vec<PathBuf>) -> Result<(), MotionError> {
-    let io = |source| MotionError::Io { path: folder.to_path_buf(), source };
+    let io = MotionError::io(folder);
     for entry in std::fs::read_dir(folder).map_err(io)? {
         let entry = entry.map_err(io)?;
         let path = entry.path();
@@ -92,7 +94,7 @@ fn is_pattern(path: &Path) -> bool {
 }
 
 fn fail(path: &Path, message: String) -> MotionError {
-    MotionError::Io { path: path.to_path_buf(), source: std::io::Error::new(std::io::ErrorKind::NotFound, message) }
+    MotionError::io(path)(std::io::Error::new(std::io::ErrorKind::NotFound, message))
 }
 
 #[cfg(test)]

@@ -6,14 +6,9 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MotionError {
-    /// The file cannot be read or written.
-    #[error("{path}: {source}")]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// Cause.
-        source: std::io::Error,
-    },
+    /// A file or an input that cannot be used.
+    #[error(transparent)]
+    Input(#[from] lifelike_checkpoint::InputError),
     /// The content is not what it should be.
     #[error("{file}:{line}: expected {expected}, got {got}")]
     Parse {
@@ -21,16 +16,6 @@ pub enum MotionError {
         file: PathBuf,
         /// Line, counted from 1.
         line: usize,
-        /// Expected content.
-        expected: String,
-        /// Actual content.
-        got: String,
-    },
-    /// The file as a whole is not what it should be (a container's header, a size).
-    #[error("{file}: expected {expected}, got {got}")]
-    Container {
-        /// The file.
-        file: PathBuf,
         /// Expected content.
         expected: String,
         /// Actual content.

@@ -43,6 +43,7 @@ pub mod window;
 pub use clip::{Caption, Contacts, MotionClip, Provenance};
 pub use error::MotionError;
 pub use features::{FeatureLayout, Frame, FrameRef};
+use lifelike_checkpoint::FromInput;
 pub use source::{Skeleton, SourceClip};
 pub use window::WindowSpec;
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use lifelike_checkpoint::write_file;
+use lifelike_checkpoint::{InputError, write_file};
 use lifelike_motion::container;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,7 @@ use sha2::{Digest, Sha256};
 
 use super::generator::{Generator, Made};
 use crate::dataset::{CaptionedSet, Entry, INDEX, Split};
-use crate::error::LanguageError;
+use crate::{FromInput, LanguageError};
 
 /// Clips that are drawn between two looks at how many hours there are.
 const CHUNK: u64 = 64;
@@ -106,7 +106,7 @@ pub struct Summary {
 /// set, finished clips are written. [`Options::resume`] goes on from there, as it does after a kill.
 ///
 /// # Errors
-/// [`LanguageError::NothingToResume`]; [`LanguageError::Io`] for a folder that cannot be written; [`LanguageError::Grammar`] when hardly a clip is true.
+/// [`LanguageError::NothingToResume`]; [`LanguageError::Input`] for a folder that cannot be written; [`LanguageError::Grammar`] when hardly a clip is true.
 pub fn write(
     generator: &Generator<'_>,
     folder: &Path,
@@ -131,7 +131,7 @@ pub fn write(
             match result {
                 Err(error @ LanguageError::Motion(_)) => {
                     // Written clips fail in the file system only, and that is no fault of a draw.
-                    if let LanguageError::Motion(lifelike_motion::MotionError::Io { .. }) = error {
+                    if let LanguageError::Motion(lifelike_motion::MotionError::Input(InputError::Io { .. })) = error {
                         return Err(error);
                     }
                     *summary.failed.entry(reason(&error)).or_default() += 1;

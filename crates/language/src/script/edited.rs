@@ -5,10 +5,10 @@ use std::path::Path;
 use super::Script;
 use super::limbs::is_above;
 use super::said::MAX_COUNT;
-use crate::error::LanguageError;
 use crate::facts::Action;
 use crate::grammar::{Grammar, Verb};
 use crate::posture::Posture;
+use crate::{FromInput, LanguageError};
 
 /// Most repetitions of a clause.
 const MAX_TIMES: u32 = 1000;
@@ -27,7 +27,7 @@ impl Script {
     /// Reads a script.
     ///
     /// # Errors
-    /// [`LanguageError::Io`] for a file that cannot be read; [`LanguageError::Line`] for one that is no script, has verbs that
+    /// [`LanguageError::Input`] for a file that cannot be read; [`LanguageError::Line`] for one that is no script, has verbs that
     /// the grammar has not, or no clause.
     pub fn read(path: &Path, grammar: &Grammar) -> Result<Self, LanguageError> {
         let text = std::fs::read_to_string(path).map_err(LanguageError::io(path))?;

@@ -10,9 +10,9 @@ use super::raw::{self, RawClip};
 use super::standing::Known;
 use super::text::{self, Lines};
 use super::{Format, ReadOptions, Reader, asf, clip_name, rest};
-use crate::error::MotionError;
 use crate::roles::{self, Tree};
 use crate::source::SourceClip;
+use crate::{FromInput, MotionError};
 
 /// Rates that a file may state (frames per second).
 const RATES: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
@@ -44,7 +44,7 @@ fn read(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<SourceClip, 
 /// Returns the ASF that belongs to an AMC: `SS.asf` for `SS_TT.amc`, or else the only ASF in the folder.
 ///
 /// # Errors
-/// [`MotionError::Io`] for a folder that cannot be listed, [`MotionError::Container`] when it holds none or several.
+/// [`MotionError::Input`] for a folder that cannot be listed, or when it holds none or several.
 pub fn skeleton_beside(amc: &Path) -> Result<PathBuf, MotionError> {
     let folder = amc.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let stem = clip_name(amc);
@@ -52,7 +52,7 @@ pub fn skeleton_beside(amc: &Path) -> Result<PathBuf, MotionError> {
     if subject.is_file() {
         return Ok(subject);
     }
-    let io = |source| MotionError::Io { path: folder.to_path_buf(), source };
+    let io = MotionError::io(folder);
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(io)? {
         let path = entry.map_err(io)?.path();
@@ -62,11 +62,11 @@ pub fn skeleton_beside(amc: &Path) -> Result<PathBuf, MotionError> {
     }
     match found.as_slice() {
         [only] => Ok(only.clone()),
-        _ => Err(MotionError::Container {
-            file: amc.to_path_buf(),
-            expected: format!("its skeleton {} (or one ASF only) beside it", subject.display()),
-            got: format!("{} ASF files there", found.len()),
-        }),
+        _ => Err(MotionError::format(
+            amc.display(),
+            format!("its skeleton {} (or one ASF only) beside it", subject.display()),
+            format!("{} ASF files there", found.len()),
+        )),
     }
 }
 

@@ -23,7 +23,7 @@ impl CaptionTable {
     /// Reads a table.
     ///
     /// # Errors
-    /// [`MotionError::Io`] for a file that cannot be read, [`MotionError::Parse`] with the line for one that is neither
+    /// [`MotionError::Input`] for a file that cannot be read, [`MotionError::Parse`] with the line for one that is neither
     /// layout.
     pub fn load(path: &Path) -> Result<Self, MotionError> {
         Self::parse(&text::read_bytes(path)?, path)

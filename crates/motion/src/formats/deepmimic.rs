@@ -13,8 +13,8 @@ use lifelike_character::{Quat, Vec3, rotation};
 use super::raw::{self, RawClip};
 use super::standing::Known;
 use super::{Format, ReadOptions, Reader, clip_name, rest, text};
-use crate::error::MotionError;
 use crate::source::SourceClip;
+use crate::{FromInput, MotionError};
 
 /// The format, for the table of all.
 pub const FORMAT: Format = Format {
@@ -103,33 +103,25 @@ fn read(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<SourceClip, 
 /// Returns the character file beside a motion: `humanoid3d.txt`.
 ///
 /// # Errors
-/// [`MotionError::Container`] when there is none.
+/// [`MotionError::Input`] when there is none.
 pub fn character_beside(motion: &Path) -> Result<PathBuf, MotionError> {
     let character = motion.with_file_name("humanoid3d.txt");
     if character.is_file() && character != motion {
         return Ok(character);
     }
-    Err(MotionError::Container {
-        file: motion.to_path_buf(),
-        expected: "its character humanoid3d.txt beside it".to_owned(),
-        got: "none".to_owned(),
-    })
+    Err(MotionError::format(motion.display(), "its character humanoid3d.txt beside it", "none"))
 }
 
 /// Reads the skeleton of a character file.
 ///
 /// # Errors
-/// [`MotionError::Parse`] with the line for broken JSON, [`MotionError::Container`] for a tree that makes no sense.
+/// [`MotionError::Parse`] with the line for broken JSON, [`MotionError::Input`] for a tree that makes no sense.
 pub fn parse_character(bytes: &[u8], file: &Path) -> Result<Vec<CharacterJoint>, MotionError> {
     let content = text::decode(bytes, file)?;
     let parsed: CharacterFile =
         serde_json::from_str(content).map_err(|e| json_error(file, "a DeepMimic character", &e))?;
     let entries = parsed.skeleton.joints;
-    let wrong = |expected: &str, got: String| MotionError::Container {
-        file: file.to_path_buf(),
-        expected: expected.to_owned(),
-        got,
-    };
+    let wrong = |expected: &str, got: String| MotionError::format(file.display(), expected, got);
     if entries.is_empty() || entries.len() > MOST_JOINTS {
         return Err(wrong("1 to 128 joints", entries.len().to_string()));
     }
@@ -159,7 +151,7 @@ pub fn parse_character(bytes: &[u8], file: &Path) -> Result<Vec<CharacterJoint>,
 /// the first frame's (linearly, rotations by slerp).
 ///
 /// # Errors
-/// [`MotionError::Parse`] with the line for broken JSON, [`MotionError::Container`] with the frame for wrong numbers.
+/// [`MotionError::Parse`] with the line for broken JSON, [`MotionError::Input`] with the frame for wrong numbers.
 pub fn parse(
     bytes: &[u8],
     file: &Path,
@@ -168,7 +160,7 @@ pub fn parse(
 ) -> Result<SourceClip, MotionError> {
     let content = text::decode(bytes, file)?;
     let motion: MotionFile = serde_json::from_str(content).map_err(|e| json_error(file, "a DeepMimic motion", &e))?;
-    let wrong = |expected: String, got: String| MotionError::Container { file: file.to_path_buf(), expected, got };
+    let wrong = |expected: String, got: String| MotionError::format(file.display(), expected, got);
 
     let width: usize = 1 + character.iter().map(|j| numbers_of(j.kind)).sum::<usize>();
     let (mut times, mut time) = (Vec::new(), 0.0);

@@ -51,7 +51,7 @@ fn contains(start: &[u8], text: &str) -> bool {
 /// Reads a file of features or of positions. `file` is for names and messages only.
 ///
 /// # Errors
-/// [`MotionError::Container`] for another shape.
+/// [`MotionError::Input`] for another shape.
 pub fn parse(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<SourceClip, MotionError> {
     let array = npz::single(bytes, file)?;
     let frames = match *array.shape() {

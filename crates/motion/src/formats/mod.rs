@@ -23,9 +23,9 @@ use std::sync::Arc;
 use lifelike_character::Character;
 
 use crate::clip::MotionClip;
-use crate::error::MotionError;
 use crate::retarget::Correspondence;
 use crate::source::SourceClip;
+use crate::{FromInput, MotionError};
 use crate::{container, keyframes};
 
 pub mod amass;
@@ -153,17 +153,14 @@ pub enum FileMotion {
 /// Reads any file of motion, whose format is known by its name ([`Format::suffixes`]) or its content.
 ///
 /// # Errors
-/// [`MotionError::Io`] for a file that cannot be read, [`MotionError::Parse`] with the line for content that is not
-/// the format's. [`MotionError::Container`] if no line is to blame (an unknown format, no skeleton beside the motion).
+/// [`MotionError::Input`] for a file that cannot be read, [`MotionError::Parse`] with the line for content that is not
+/// the format's. [`MotionError::Input`] if no line is to blame (an unknown format, no skeleton beside the motion).
 pub fn read(path: &Path, options: &ReadOptions) -> Result<FileMotion, MotionError> {
     let bytes = text::read_bytes(path)?;
     let Some(format) = format::of_content(path, &bytes) else {
         let start: String = String::from_utf8_lossy(&bytes).trim_start().chars().take(40).collect();
-        return Err(MotionError::Container {
-            file: path.to_path_buf(),
-            expected: format!("motion as {}", supported(|_| true)),
-            got: format!("something else, which begins with {start:?}"),
-        });
+        let got = format!("something else, which begins with {start:?}");
+        return Err(MotionError::format(path.display(), format!("motion as {}", supported(|_| true)), got));
     };
     Ok(match format.reader {
         Reader::Robot(read) => FileMotion::Robot(read(&bytes, path, options)?),
@@ -180,15 +177,15 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<FileMotion, MotionErro
 /// Reads human motion.
 ///
 /// # Errors
-/// As [`read`]; [`MotionError::Container`] for motion of a robot.
+/// As [`read`]; [`MotionError::Input`] for motion of a robot.
 pub fn read_source(path: &Path, options: &ReadOptions) -> Result<SourceClip, MotionError> {
     match read(path, options)? {
         FileMotion::Source(clip) => Ok(clip),
-        FileMotion::Robot(clip) => Err(MotionError::Container {
-            file: path.to_path_buf(),
-            expected: format!("human motion as {}", supported(Format::is_source)),
-            got: format!("motion of robot '{}'", clip.provenance.character),
-        }),
+        FileMotion::Robot(clip) => Err(MotionError::format(
+            path.display(),
+            format!("human motion as {}", supported(Format::is_source)),
+            format!("motion of robot '{}'", clip.provenance.character),
+        )),
     }
 }
 

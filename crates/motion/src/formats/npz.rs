@@ -11,7 +11,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
 use super::robot_motion::Pickle;
-use crate::error::MotionError;
+use crate::{FromInput, MotionError};
 
 /// The first bytes of a `.npy` file.
 const MAGIC: &[u8] = b"\x93NUMPY";
@@ -430,7 +430,7 @@ pub(super) fn zipped(files: impl Iterator<Item = (String, Vec<u8>)>) -> std::io:
 }
 
 fn wrong(file: &Path, expected: String, got: String) -> MotionError {
-    MotionError::Container { file: file.to_path_buf(), expected, got }
+    MotionError::format(file.display(), expected, got)
 }
 
 /// Returns the beginning of a text, so that no message carries a whole file.

@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::error::MotionError;
+use crate::{FromInput, MotionError};
 
 /// No angle, length or count in a capture is larger than this; anything beyond is a broken file.
 const LARGEST: f64 = 1e9;
 
 /// Reads a whole file.
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, MotionError> {
-    std::fs::read(path).map_err(|source| MotionError::Io { path: path.to_path_buf(), source })
+    std::fs::read(path).map_err(MotionError::io(path))
 }
 
 /// Checks the encoding: UTF-8 (of which ASCII is a part) without NUL, a byte-order mark is skipped.

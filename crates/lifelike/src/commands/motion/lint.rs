@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use lifelike_checkpoint::FromInput;
 use lifelike_motion::feasibility::{self, Feasibility};
 use lifelike_motion::formats::{self, FileMotion, ReadOptions};
 use lifelike_motion::lint::{Flaw, lint};
@@ -111,11 +112,11 @@ fn read(file: &Path, layout: clips::LayoutArgument, robot: &Robot) -> Result<Mot
     let options = ReadOptions { robot: Some(robot.character.clone()), layout: layout.layout, ..ReadOptions::default() };
     match formats::read(file, &options)? {
         FileMotion::Robot(clip) => Ok(clip),
-        FileMotion::Source(_) => Err(MotionError::Container {
-            file: file.to_path_buf(),
-            expected: "motion of a robot".into(),
-            got: "human motion, which `lifelike motion retarget` reads".into(),
-        }),
+        FileMotion::Source(_) => Err(MotionError::format(
+            file.display(),
+            "motion of a robot",
+            "human motion, which `lifelike motion retarget` reads",
+        )),
     }
 }
 

@@ -58,7 +58,7 @@ const MOST_FRAMES: usize = 432_000;
 /// Reads an AMASS file. `file` is for names and messages only.
 ///
 /// # Errors
-/// [`MotionError::Container`] with the array that is missing, or is not as AMASS publishes it.
+/// [`MotionError::Input`] with the array that is missing, or is not as AMASS publishes it.
 pub fn parse(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<SourceClip, MotionError> {
     let mut archive = Archive::open(bytes, file)?;
     check_arrays(&archive)?;

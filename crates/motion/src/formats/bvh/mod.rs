@@ -12,9 +12,9 @@ use lifelike_character::{Quat, Vec3};
 use super::raw::{self, RawClip};
 use super::text::{self, Lines};
 use super::{Angles, Format, ReadOptions, Reader, clip_name};
-use crate::error::MotionError;
 use crate::roles::{self, Tree};
 use crate::source::SourceClip;
+use crate::{FromInput, MotionError};
 
 mod convention;
 mod frames;
@@ -51,7 +51,7 @@ pub const FORMAT: Format = Format {
 /// Reads a BVH file. `file` is for names and messages only.
 ///
 /// # Errors
-/// [`MotionError::Parse`] with the line; [`MotionError::Container`] when the unit of length cannot be guessed.
+/// [`MotionError::Parse`] with the line; [`MotionError::Input`] when the unit of length cannot be guessed.
 pub fn parse(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<SourceClip, MotionError> {
     let content = text::decode(bytes, file)?;
     let mut lines = Lines::new(content, file).without_comments(&["#", "//"]);
@@ -77,9 +77,8 @@ pub fn parse(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<SourceC
         let (places, rotations) = (&mut motion.root_position, &mut motion.rotations);
         let frames = Frames { places, rotations, fps: header.fps, notes: &mut notes };
         frames.without_rest_poses().map_err(|gap| {
-            let expected = "motion in all frames, or gaps of at most 0.25 s".to_owned();
-            let got = format!("zero rotations in {gap}: cut the file there");
-            MotionError::Container { file: file.to_path_buf(), expected, got }
+            let expected = "motion in all frames, or gaps of at most 0.25 s";
+            MotionError::format(file.display(), expected, format!("zero rotations in {gap}: cut the file there"))
         })?;
     }
     assemble(file, options, &hierarchy, convention, header.fps, motion, notes)
@@ -281,8 +280,7 @@ fn assemble(
     let scale = match options.scale {
         Some(scale) if scale.is_finite() && scale > 0.0 => scale,
         Some(scale) => {
-            let expected = "a positive number of metres per unit (--scale)".to_owned();
-            return Err(MotionError::Container { file: file.to_path_buf(), expected, got: scale.to_string() });
+            return Err(MotionError::format(file.display(), "a positive number of metres per unit (--scale)", scale));
         }
         None => unit::guess(file, &raw, &mut notes)?,
     };

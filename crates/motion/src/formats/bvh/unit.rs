@@ -4,9 +4,9 @@ use std::path::Path;
 
 use lifelike_character::{Quat, Role, Vec3};
 
-use crate::error::MotionError;
 use crate::formats::raw::RawClip;
 use crate::roles;
+use crate::{FromInput, MotionError};
 
 /// Sizes of people (m).
 const PEOPLE: std::ops::Range<f64> = 1.0..2.5;
@@ -33,11 +33,8 @@ pub(super) fn guess(file: &Path, clip: &RawClip, notes: &mut Vec<String>) -> Res
         Some((scale, name)) => format!("--scale {scale:.5} if these are {name}"),
         None => "--scale METRES_PER_UNIT".to_owned(),
     };
-    Err(MotionError::Container {
-        file: file.to_path_buf(),
-        expected: format!("a skeleton of 1 to 2.5 m in m, cm, mm or the CMU's unit; state the scale: {offer}"),
-        got: format!("one of {} units", four_digits(size)),
-    })
+    let expected = format!("a skeleton of 1 to 2.5 m in m, cm, mm or the CMU's unit; state the scale: {offer}");
+    Err(MotionError::format(file.display(), expected, format!("one of {} units", four_digits(size))))
 }
 
 /// Writes a number with four significant digits at least.

@@ -10,9 +10,9 @@ use lifelike_character::{Quat, Vec3};
 
 use super::raw::RawClip;
 use super::{Format, ReadOptions, Reader, clip_name, rest};
-use crate::error::MotionError;
 use crate::roles::{self, Tree};
 use crate::source::SourceClip;
+use crate::{FromInput, MotionError};
 
 mod joints;
 mod take;
@@ -47,9 +47,9 @@ pub const FORMAT: Format = Format {
 /// Reads an FBX file. `file` is for names and messages only.
 ///
 /// # Errors
-/// [`MotionError::Container`] for a file that is broken, has no skeleton or no take, or is too large.
+/// [`MotionError::Input`] for a file that is broken, has no skeleton or no take, or is too large.
 pub fn parse(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<SourceClip, MotionError> {
-    let wrong = |(expected, got): (String, String)| MotionError::Container { file: file.to_path_buf(), expected, got };
+    let wrong = |(expected, got): (String, String)| MotionError::format(file.display(), expected, got);
     if options.scale.is_some() || options.skip_frames.is_some() || options.angles.is_some() {
         let got = "--scale, --skip-frames or --angles: FBX says its unit and has no such frames".to_owned();
         return Err(wrong(("no options of BVH".to_owned(), got)));

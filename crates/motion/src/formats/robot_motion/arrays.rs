@@ -6,8 +6,8 @@ use std::path::Path;
 use zip::{CompressionMethod, ZipArchive};
 
 use super::pickle::{Numbers, Pickle, Tensor};
-use crate::error::MotionError;
 use crate::formats::npz::{Archive, fortran_place, shortened};
+use crate::{FromInput, MotionError};
 
 /// No length (m), angle (rad) or rate is larger; anything beyond is a broken file.
 const LARGEST: f64 = 1e6;
@@ -243,5 +243,5 @@ fn stored(zip: &mut ZipArchive<Cursor<&[u8]>>, name: &str, file: &Path) -> Resul
 }
 
 fn wrong(file: &Path, expected: &str, got: String) -> MotionError {
-    MotionError::Container { file: file.to_path_buf(), expected: expected.to_owned(), got }
+    MotionError::format(file.display(), expected, got)
 }

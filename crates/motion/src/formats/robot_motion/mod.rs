@@ -28,7 +28,7 @@ use lifelike_character::{Character, Quat, Vec3};
 use super::format::Sample;
 use super::{Format, ReadOptions, Reader};
 use crate::clip::{Contacts, MotionClip, Provenance};
-use crate::error::MotionError;
+use crate::{FromInput, MotionError};
 use kinematics::Bodies;
 pub use kinematics::{States as BodyStates, Traversal, states as body_states};
 
@@ -239,7 +239,7 @@ pub fn by_name(name: &str) -> Result<&'static Layout, String> {
 /// Reads a file in any layout.
 ///
 /// # Errors
-/// [`MotionError::Container`] where no layout fits or more than one does, with the option that decides; the layout's
+/// [`MotionError::Input`] where no layout fits or more than one does, with the option that decides; the layout's
 /// own errors.
 pub fn read(bytes: &[u8], file: &Path, options: &ReadOptions) -> Result<Reading, MotionError> {
     if options.layout.is_none_or(|layout| layout.name == own::MOTION.name) && is_own(bytes) {
@@ -303,7 +303,7 @@ fn is_own(bytes: &[u8]) -> bool {
 /// Reads a file of robot motion: in any layout, or our own container.
 ///
 /// # Errors
-/// As [`read`]; [`MotionError::Container`] for human motion.
+/// As [`read`]; [`MotionError::Input`] for human motion.
 pub fn open(file: &Path, options: &ReadOptions) -> Result<Reading, MotionError> {
     let bytes = super::text::read_bytes(file)?;
     let is_human = || super::format::of_content(file, &bytes).is_some_and(|format| format.is_source_of(&bytes));
@@ -508,7 +508,7 @@ fn vectors(numbers: &[f64]) -> Vec<Vec3> {
 }
 
 fn container(file: &Path, expected: String, got: String) -> MotionError {
-    MotionError::Container { file: file.to_path_buf(), expected, got }
+    MotionError::format(file.display(), expected, got)
 }
 
 fn unfit(clip: &MotionClip, message: String) -> MotionError {

@@ -10,8 +10,8 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use crate::error::MotionError;
 use crate::formats::npz::{Kind, shortened};
+use crate::{FromInput, MotionError};
 
 /// Operations that are read at most.
 const MOST_OPERATIONS: usize = 4_000_000;
@@ -133,15 +133,17 @@ impl Pickle {
     /// Reads a pickle.
     ///
     /// # Errors
-    /// [`MotionError::Container`] for an operation or a name that is not on the list, and for anything that is
+    /// [`MotionError::Input`] for an operation or a name that is not on the list, and for anything that is
     /// broken.
     pub fn parse(bytes: &[u8], file: &Path) -> Result<Self, MotionError> {
         let mut machine =
             Machine { bytes, at: 0, values: Vec::new(), stack: Vec::new(), marks: Vec::new(), memo: HashMap::new() };
-        let top = machine.run().map_err(|got| MotionError::Container {
-            file: file.to_path_buf(),
-            expected: "a pickle of numbers, texts, lists and arrays (nothing in a file is executed)".to_owned(),
-            got: format!("{got}, at byte {}", machine.at),
+        let top = machine.run().map_err(|got| {
+            MotionError::format(
+                file.display(),
+                "a pickle of numbers, texts, lists and arrays (nothing in a file is executed)",
+                format!("{got}, at byte {}", machine.at),
+            )
         })?;
         Ok(Self { values: machine.values, top, file: file.to_path_buf() })
     }
@@ -177,13 +179,10 @@ impl Pickle {
     /// Returns the texts that the whole pickle is: a list, an array of objects, or one text.
     ///
     /// # Errors
-    /// [`MotionError::Container`] for anything else.
+    /// [`MotionError::Input`] for anything else.
     pub fn top_texts(&self) -> Result<Vec<String>, MotionError> {
-        self.texts_of(&self.values[self.top]).ok_or_else(|| MotionError::Container {
-            file: self.file.clone(),
-            expected: "pickled texts".to_owned(),
-            got: "other objects".to_owned(),
-        })
+        self.texts_of(&self.values[self.top])
+            .ok_or_else(|| MotionError::format(self.file.display(), "pickled texts", "other objects"))
     }
 
     fn texts_of(&self, value: &Value) -> Option<Vec<String>> {

@@ -7,8 +7,8 @@ use lifelike_character::rotation::{from_wxyz, to_wxyz};
 use lifelike_character::{Anatomy, Quat, Vec3};
 
 use super::{Context, RobotMotion};
-use crate::error::MotionError;
 use crate::lint::Fit;
+use crate::{FromInput, MotionError};
 
 /// Norm from which a quaternion is none: files have six decimals, or 32-bit numbers.
 pub(super) const NOT_UNIT: f64 = 1e-2;
@@ -51,17 +51,19 @@ impl Order {
     /// Returns rotations without sign flips between neighbours.
     ///
     /// # Errors
-    /// [`MotionError::Container`] with the first frame whose numbers are no unit quaternion.
+    /// [`MotionError::Input`] with the first frame whose numbers are no unit quaternion.
     pub(super) fn rotations(self, numbers: &[f64], file: &Path) -> Result<Vec<Quat>, MotionError> {
         let mut rotations = Vec::with_capacity(numbers.len() / 4);
         for (frame, &[a, b, c, d]) in numbers.as_chunks::<4>().0.iter().enumerate() {
             let wxyz = if self == Self::Wxyz { [a, b, c, d] } else { [d, a, b, c] };
             let norm = wxyz.iter().map(|c| c * c).sum::<f64>().sqrt();
             let rotation = from_wxyz(wxyz).filter(|_| (norm - 1.0).abs() < NOT_UNIT);
-            let rotation = rotation.ok_or_else(|| MotionError::Container {
-                file: file.to_path_buf(),
-                expected: "unit quaternions of the root".to_owned(),
-                got: format!("norm {norm:.3} in frame {frame}"),
+            let rotation = rotation.ok_or_else(|| {
+                MotionError::format(
+                    file.display(),
+                    "unit quaternions of the root",
+                    format!("norm {norm:.3} in frame {frame}"),
+                )
             })?;
             rotations.push(rotation);
         }

@@ -2,6 +2,7 @@
 
 use std::io::{Cursor, Write};
 
+use lifelike_checkpoint::InputError;
 use proptest::prelude::*;
 use zip::CompressionMethod;
 use zip::write::{SimpleFileOptions, ZipWriter};
@@ -373,7 +374,7 @@ proptest! {
                 prop_assert!(clip.len() == 2 && clip.fps > 0.0);
                 prop_assert!(clip.rotations.iter().flatten().all(|q| q.coords.iter().all(|c| c.is_finite())));
             }
-            Err(MotionError::Container { expected, got, .. }) => prop_assert!(expected.len() < 300 && got.len() < 1500),
+            Err(MotionError::Input(InputError::Format { expected, got, .. })) => prop_assert!(expected.len() < 300 && got.len() < 1500),
             Err(other) => prop_assert!(false, "{other}"),
         }
     }

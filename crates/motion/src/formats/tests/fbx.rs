@@ -104,7 +104,7 @@ fn spoilt_files_end_in_an_error_or_a_clip() {
         for bytes in [&spoilt[..], cut] {
             match parse(bytes, &ReadOptions::default()) {
                 Ok(clip) => assert!(clip.check().is_ok() || clip.len() < 30),
-                Err(MotionError::Container { .. } | MotionError::Unfit { .. }) => refused += 1,
+                Err(MotionError::Input(_) | MotionError::Unfit { .. }) => refused += 1,
                 Err(other) => panic!("{other}"),
             }
         }

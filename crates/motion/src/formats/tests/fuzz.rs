@@ -19,7 +19,7 @@ fn check(result: Result<SourceClip, MotionError>, bytes: &[u8]) -> Result<(), Te
             prop_assert!(line <= lines + 1, "line {line} of {lines}");
             prop_assert!(expected.len() < 200 && got.len() < 300);
         }
-        Err(MotionError::Container { .. } | MotionError::Unfit { .. }) => {}
+        Err(MotionError::Input(_) | MotionError::Unfit { .. }) => {}
         Err(other) => prop_assert!(false, "{other}"),
     }
     Ok(())

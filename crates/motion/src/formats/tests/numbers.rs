@@ -1,6 +1,7 @@
 //! Exact numbers: hand arithmetic, or scipy 1.x's `Rotation` (intrinsic `from_euler` orders) with the file's channels.
 
 use lifelike_character::rotation;
+use lifelike_checkpoint::InputError;
 
 use super::*;
 
@@ -222,7 +223,7 @@ fn a_clip_is_found_by_content_and_its_skeleton_beside_it() {
     write("humanoid3d.txt", CHARACTER);
     assert!(read_source(&dance, &options).unwrap().cyclic);
     assert!(read(&write("note.txt", "hello"), &options).unwrap_err().to_string().contains("BVH"));
-    assert!(matches!(read(&folder.path().join("none.bvh"), &options), Err(MotionError::Io { .. })));
+    assert!(matches!(read(&folder.path().join("none.bvh"), &options), Err(MotionError::Input(InputError::Io { .. }))));
 }
 
 #[test]
