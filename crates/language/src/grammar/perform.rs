@@ -390,9 +390,10 @@ impl Generator<'_> {
             }
         };
         let low = self.low_pose(legs)? && !ON_THE_WAY.contains(&legs.verb.as_str());
-        let (arms, legs_clip) = match low {
-            true => (arms, legs_clip),
-            false => self.kept(verb, arms, &legs.verb, legs_clip, seconds)?,
+        let poses = matches!(verb.acts, Acts::Hand | Acts::Hands) && verb.is_pose() && still_seconds(&arms) >= KEPT;
+        let (arms, legs_clip) = match poses && !low {
+            true => self.kept(arms, &legs.verb, legs_clip, seconds)?,
+            false => (arms, legs_clip),
         };
         let names = match (verb.acts, gesture.side) {
             (Acts::Head, _) => "head",
@@ -401,6 +402,9 @@ impl Generator<'_> {
             _ => "arms",
         };
         let joints = joints_of(self.character(), self.anatomy(), &[names.into()])?;
+        if low && poses {
+            return self.with_pose(&legs_clip, &arms, joints, seconds);
+        }
         if low {
             return self.during_hold(&legs_clip, &arms, joints, seconds);
         }
@@ -440,19 +444,28 @@ impl Generator<'_> {
         Ok(compose(&clip, moving, &options)?)
     }
 
+    /// Holds arms in a pose while the legs are in theirs. They are there when the legs are: "duck, hands on your head".
+    fn with_pose(
+        &self,
+        low: &MotionClip,
+        arms: &MotionClip,
+        joints: Vec<String>,
+        seconds: Option<f64>,
+    ) -> Result<MotionClip, LanguageError> {
+        let hold = seconds.unwrap_or_else(|| still_seconds(low)).max(still_seconds(arms));
+        let ahead = reached(low) - reached(arms);
+        let options = Compose { joints, offset: ahead.max(0.0), length: Length::Return, fade: 0.35 };
+        Ok(compose(&held(low, hold + (-ahead).max(0.0)), &held(arms, hold), &options)?)
+    }
+
     /// Keeps a pose of arms until the legs below are done. They are there before a body on the spot goes down.
     fn kept(
         &self,
-        gesture: &Verb,
         arms: MotionClip,
         legs: &str,
         clip: MotionClip,
         seconds: Option<f64>,
     ) -> Result<(MotionClip, MotionClip), LanguageError> {
-        let of_arms = matches!(gesture.acts, Acts::Hand | Acts::Hands);
-        if !of_arms || !gesture.is_pose() || still_seconds(&arms) < KEPT {
-            return Ok((arms, clip));
-        }
         let below = self.grammar().verb(legs)?;
         let on_the_spot = matches!(below.acts, Acts::Body | Acts::Foot) && seconds.is_none();
         let clip = match on_the_spot {

@@ -35,7 +35,7 @@ const AS_THEY_ARE: [&str; 25] = [
 
 /// Returns words without those that ask for nothing.
 pub(super) fn without_asides(words: Vec<String>) -> Vec<String> {
-    let words = simultaneously(with_these(words));
+    let words = simultaneously(with_its_side(with_these(as_pretended(words))));
     let words = without_low_legs(said_once(corrected(without_title_time(words))));
     without_comments(without_shares(without_last_stand(words)))
 }
@@ -67,6 +67,21 @@ fn without_comments(mut words: Vec<String>) -> Vec<String> {
     words
 }
 
+/// "Pretend you are a zombie": be one. "Look out!" warns.
+fn as_pretended(mut words: Vec<String>) -> Vec<String> {
+    let warns = has(&["look", "watch"], words.first()) && has(&["out"], words.get(1));
+    if warns && words.len() > 3 && has(&[",", "|"], words.get(2)) {
+        words.drain(..3);
+    }
+    if has(&["pretend"], words.first()) && has(&["you", "youre", "ur", "your"], words.get(1)) {
+        let are = usize::from(has(&["are"], words.get(2)));
+        if has(&["a", "an", "the"], words.get(2 + are)) {
+            words.splice(..2 + are, ["be".to_string()]);
+        }
+    }
+    words
+}
+
 /// "Ten curls, both arms together": with both arms.
 fn with_these(mut words: Vec<String>) -> Vec<String> {
     const LIMBS: [&str; 4] = ["arms", "hands", "legs", "fists"];
@@ -82,12 +97,17 @@ fn with_these(mut words: Vec<String>) -> Vec<String> {
     words
 }
 
-/// "Shrug and tilt the head simultaneously": while.
+/// "Shrug and tilt the head simultaneously", "squat and push as you go down": while.
 fn simultaneously(mut words: Vec<String>) -> Vec<String> {
-    let Some(at) = words.iter().position(|word| word == "simultaneously") else { return words };
+    let goes = |at: &usize| {
+        let is_way = has(&["down", "up"], words.get(at + 3)) && has(&["go", "come"], words.get(at + 2));
+        has(&["as"], words.get(*at)) && has(&["you"], words.get(at + 1)) && is_way
+    };
+    let said = words.iter().position(|word| word == "simultaneously").map(|at| (at, 1));
+    let Some((at, length)) = said.or_else(|| (0..words.len()).find(goes).map(|at| (at, 4))) else { return words };
     let [begin, end] = piece_of(&words, at);
-    if begin > 0 && end - begin > 1 && has(&["and", ","], words.get(begin - 1)) {
-        words.remove(at);
+    if begin > 0 && end - begin > length && has(&["and", ","], words.get(begin - 1)) {
+        words.drain(at..at + length);
         words[begin - 1] = "while".into();
     }
     words
@@ -99,6 +119,23 @@ fn without_title_time(mut words: Vec<String>) -> Vec<String> {
     let is_title = (2..=4).contains(&end) && has(&["time", "times"], words.get(end - 1)) && end + 1 < words.len();
     if is_title && !words[..end].iter().any(|word| number(word).is_some()) {
         words.drain(..=end);
+    }
+    words
+}
+
+/// "Stand on one leg. The right one": on the right leg.
+fn with_its_side(mut words: Vec<String>) -> Vec<String> {
+    const LIMBS: [&str; 6] = ["leg", "foot", "arm", "hand", "knee", "one"];
+    let answers = |words: &[String], at: usize| {
+        let [begin, end] = piece_of(words, at);
+        let is_whole = begin + 1 == at && end == at + 2 && has(&ARTICLES, words.get(begin));
+        is_whole && has(&["left", "right"], words.get(at)) && has(&LIMBS, words.get(at + 1))
+    };
+    let Some(at) = (3..words.len().max(3)).find(|at| answers(&words, *at)) else { return words };
+    let is_open = |before: &usize| has(&["one", "a"], words.get(*before)) && has(&LIMBS[..5], words.get(before + 1));
+    if let Some(open) = (0..at - 2).rev().find(is_open) {
+        words[open] = words[at].clone();
+        words.drain(at - 2..at + 2);
     }
     words
 }
@@ -279,6 +316,9 @@ mod tests {
             ("a dozen high knees, six each side, alternating", "a dozen high knees , alternating"),
             ("warm up time! 5 squats, 5 bows", "5 squats , 5 bows"),
             ("nod eagerly!! like a child", "nod eagerly happily"),
+            ("stand on one leg for six seconds? The right one.", "stand on right leg for six seconds |"),
+            ("pretend you're a zombie", "be a zombie"),
+            ("squat and push both arms out as you go down", "squat while push both arms out"),
             ("touch your toes (or get close), stand tall", "touch your toes , stand tall"),
         ] {
             assert_eq!(normal(text).join(" "), plain, "{text}");

@@ -443,13 +443,14 @@ fn without_straight_joints(mut words: Vec<String>) -> Vec<String> {
     words
 }
 
-/// Drops "look straight ahead" beside what else is described.
+/// Drops "look straight ahead" and "head facing front" beside what else is described.
 fn looking_ahead(mut words: Vec<String>) -> Vec<String> {
-    const LOOKS: [&str; 6] = ["look", "looks", "looking", "eyes", "gaze", "keep"];
-    const AHEAD: [&str; 6] = ["straight", "ahead", "forward", "front", "to", "the"];
+    const LOOKS: [&str; 7] = ["look", "looks", "looking", "eyes", "gaze", "facing", "keep"];
+    const AHEAD: [&str; 8] = ["straight", "ahead", "forward", "front", "to", "the", "head", "your"];
     let Some(at) = (1..words.len()).find(|at| {
         let [begin, end] = piece_of(&words, *at);
-        let is_look = LOOKS[..5].contains(&words[*at].as_str());
+        let is_look = LOOKS[..5].contains(&words[*at].as_str())
+            || words[*at] == "facing" && words[begin..end].iter().any(|word| word == "head");
         let is_all = words[begin..end].iter().all(|word| has(&LOOKS, Some(word)) || has(&AHEAD, Some(word)));
         begin > 0 && is_look && is_all && *at + 1 < end
     }) else {

@@ -480,7 +480,10 @@ fn is_article(words: &[String], at: usize) -> bool {
     if words[at] == "eight" && words[..at].iter().rev().take(2).any(|word| word == "figure") {
         return true;
     }
+    // "Give me five jumping jacks" counts.
+    let ends = next.is_empty() || ["|", ",", "and", "then", "please", "buddy", "robot"].contains(&next);
     if words[at] == "five"
+        && ends
         && at > 0
         && (words[at - 1].starts_with("high") || ["me", "us", "gimme"].contains(&words[at - 1].as_str()))
     {
