@@ -296,7 +296,11 @@ impl Generator<'_> {
             let clip = self.shortened(self.part(&part, Some(rng))?)?;
             // What hardly stands still, such as a dance, is done again.
             if self.is_held(part.verb)? {
-                return Ok(held(&clip, wanted));
+                // Of a foot that is up the whole time in the air counts.
+                let tracks = Tracks::of(&clip, self.character(), self.anatomy())?;
+                let is_up = verb.shows.contains(&Show::FootHeld);
+                let up = if is_up { measure::held_up(&tracks, action.side) } else { 0.0 };
+                return Ok(held(&clip, wanted - (up - still_seconds(&clip)).max(0.0)));
             }
             let times = ((wanted + FADE) / (clip.seconds() - FADE).max(0.5)).round().max(1.0) as usize;
             let parts: Vec<Part<'_>> = (0..times.min(MAX_CYCLES as usize)).map(|_| Part::from(&clip)).collect();

@@ -47,8 +47,11 @@ pub(super) fn legs(piece: &Words<'_>, context: &mut Context, posture: &mut Postu
     }
     let bends = piece.has(&["bend", "bent"]) && piece.has(&["knee", "knees", "legs", "leg"]);
     if bends && (plural || piece.has(&["front"]) || context.legs.is_some()) && !piece.has(&["raise", "lift"]) {
-        let deep =
-            if piece.said.size == Some(Size::Small) || piece.has(&["slightly", "little", "bit", "tad"]) { SHALLOW } else { DEEP };
+        let deep = if piece.said.size == Some(Size::Small) || piece.has(&["slightly", "little", "bit", "tad"]) {
+            SHALLOW
+        } else {
+            DEEP
+        };
         posture.sink = Some(deep);
         return Some(true);
     }
