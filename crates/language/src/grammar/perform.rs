@@ -442,7 +442,7 @@ impl Generator<'_> {
         joints: Vec<String>,
         seconds: Option<f64>,
     ) -> Result<MotionClip, LanguageError> {
-        let longest = moving.seconds().max(seconds.unwrap_or(0.0));
+        let longest = moving.seconds().max(seconds.unwrap_or_else(|| still_seconds(pose)));
         let clip = held(pose, longest);
         let options = Compose { joints, offset: reached(pose), length: Length::Return, fade: 0.35 };
         Ok(compose(&clip, moving, &options)?)

@@ -6,6 +6,8 @@ use crate::checks::{Tracks, measure};
 
 /// Fastest joint of a pose that is held (rad/s).
 const STILL: f64 = 1.0;
+/// Most times as fast as it is that a pose is held where it is to be shorter.
+const FASTER: usize = 4;
 
 /// Returns the time from where a clip leaves its first pose to where it is nearly as far from it as it goes (s).
 pub(super) fn rise_of(clip: &MotionClip) -> Option<f64> {
@@ -63,22 +65,36 @@ pub(super) fn reached(clip: &MotionClip) -> f64 {
     (at - before) as f64 / clip.fps
 }
 
-/// Holds the pose at the middle of a clip, so that it lasts as long as asked for (s).
+/// Holds the pose at the middle of a clip for as long as asked for (s).
 pub(super) fn held(clip: &MotionClip, seconds: f64) -> MotionClip {
     let Some(at) = stillest(clip) else { return clip.clone() };
-    // Frames around it that hold the pose already.
-    let still = |t: &usize| change(clip, *t) * clip.fps < STILL;
-    let before = (0..at).rev().take_while(still).count();
-    let after = (at..clip.len().saturating_sub(1)).take_while(still).count();
-    let extra = ((seconds * clip.fps).round() as usize).saturating_sub(before + after);
-    repeated(clip, at, extra)
+    // Frames around it that are slower than a speed: those that hold the pose already.
+    let around = |speed: f64| {
+        let slow = |t: &usize| change(clip, *t) * clip.fps < speed;
+        let before = (0..at).rev().take_while(slow).count();
+        [at - before, at + (at..clip.len().saturating_sub(1)).take_while(slow).count()]
+    };
+    let [start, end] = around(STILL);
+    let (own, wanted) = (end - start, (seconds * clip.fps).round() as usize);
+    if wanted >= own {
+        return repeated(clip, at, wanted - own);
+    }
+    // A hold that is longer by itself goes faster where it is slowest, and is still one.
+    let [start, end] = around(STILL / FASTER as f64);
+    let kept = (end - start).saturating_sub(own - wanted).max((end - start).div_ceil(FASTER));
+    let middle = (0..kept).map(|i| start + i * (end - start) / kept);
+    taken(clip, &(0..start).chain(middle).chain(end..clip.len()).collect::<Vec<_>>())
 }
 
 /// Returns a clip that stays at a frame for some frames more.
 pub(super) fn repeated(clip: &MotionClip, at: usize, extra: usize) -> MotionClip {
-    let joints = clip.joint_names.len();
     let times = |t: usize| if t == at { extra + 1 } else { 1 };
-    let frames: Vec<usize> = (0..clip.len()).flat_map(|t| std::iter::repeat_n(t, times(t))).collect();
+    taken(clip, &(0..clip.len()).flat_map(|t| std::iter::repeat_n(t, times(t))).collect::<Vec<_>>())
+}
+
+/// Returns the frames of a clip in an order.
+fn taken(clip: &MotionClip, frames: &[usize]) -> MotionClip {
+    let joints = clip.joint_names.len();
     let mut out = clip.clone();
     out.root_position = frames.iter().map(|t| clip.root_position[*t]).collect();
     out.root_orientation = frames.iter().map(|t| clip.root_orientation[*t]).collect();

@@ -35,7 +35,7 @@ const AS_THEY_ARE: [&str; 25] = [
 
 /// Returns words without those that ask for nothing.
 pub(super) fn without_asides(words: Vec<String>) -> Vec<String> {
-    let words = simultaneously(with_its_side(with_these(as_pretended(words))));
+    let words = simultaneously(with_its_side(with_these(as_pretended(with_its_manner(words)))));
     let words = without_low_legs(said_once(corrected(without_title_time(words))));
     without_comments(without_shares(without_last_stand(words)))
 }
@@ -63,6 +63,40 @@ fn without_comments(mut words: Vec<String>) -> Vec<String> {
     while let Some(at) = (0..words.len()).find(|at| is_comment(&words, *at)) {
         let [_, end] = piece_of(&words, at);
         words.drain(at - 1..end);
+    }
+    words
+}
+
+/// "Three squats. Deep ones. Nice and slow.", "spin round once, clockwise": of what was said before.
+fn with_its_manner(mut words: Vec<String>) -> Vec<String> {
+    const HOW: [&str; 14] = [
+        "slow",
+        "slowly",
+        "quick",
+        "quickly",
+        "fast",
+        "deep",
+        "big",
+        "huge",
+        "small",
+        "tiny",
+        "gentle",
+        "clockwise",
+        "counterclockwise",
+        "anticlockwise",
+    ];
+    while let Some(at) = words.windows(3).position(|w| w[0] == "nice" && w[1] == "and" && has(&HOW, w.get(2))) {
+        words.drain(at..at + 2);
+    }
+    let length = |words: &[String], at: usize| {
+        let [_, end] = piece_of(words, at + 1);
+        let ones = usize::from(has(&["ones"], words.get(at + 2)));
+        let is_how = has(&[",", "|"], words.get(at)) && has(&HOW, words.get(at + 1));
+        (is_how && end == at + 2 + ones).then_some(ones)
+    };
+    while let Some((at, ones)) = (1..words.len()).find_map(|at| Some((at, length(&words, at)?))) {
+        words.drain(at + 2..at + 2 + ones);
+        words.remove(at);
     }
     words
 }
@@ -318,6 +352,8 @@ mod tests {
             ("nod eagerly!! like a child", "nod eagerly happily"),
             ("stand on one leg for six seconds? The right one.", "stand on right leg for six seconds |"),
             ("pretend you're a zombie", "be a zombie"),
+            ("Three squats. Deep ones. Nice and slow.", "three squats deep slow |"),
+            ("spin all the way round once, clockwise", "spin all the way round once clockwise"),
             ("squat and push both arms out as you go down", "squat while push both arms out"),
             ("touch your toes (or get close), stand tall", "touch your toes , stand tall"),
         ] {

@@ -60,7 +60,9 @@ impl Reader<'_> {
         // "Walk backwards shaking your head", "walk forward waving with the left hand".
         const OBJECTS: [&str; 12] =
             ["a", "an", "your", "the", "his", "her", "both", "left", "right", "one", "its", "with"];
-        const WAYS: [&str; 15] = [
+        const WAYS: [&str; 17] = [
+            "left",
+            "right",
             "forward",
             "forwards",
             "backward",

@@ -119,7 +119,7 @@ impl<'a> Reader<'a> {
                 let (action, times) = self.action(verb, &said, &mut script.notes);
                 // "Bend down, pick something up" is one movement in two phrases.
                 let is_posture = piece.join == Join::While;
-                let is_same = ends_with(script, &action)
+                let is_same = ends_with(script, &action, is_posture)
                     && action.degrees.is_none()
                     && (is_posture || before.words != fit.explained);
                 before.words.clone_from(&fit.explained);
@@ -128,7 +128,7 @@ impl<'a> Reader<'a> {
                 }
                 // "About face! 180": the same turn in a number.
                 let same_turn = self.is_turn(&action)
-                    && ends_with(script, &action)
+                    && ends_with(script, &action, false)
                     && piece.words.iter().all(|word| said.used.contains(word) || AGAIN.contains(&word.as_str()));
                 if same_turn {
                     return;
@@ -622,8 +622,9 @@ fn turns_over(piece: &Piece, words: &[String]) -> bool {
 }
 
 /// Returns whether a script ends with an action.
-fn ends_with(script: &Script, action: &Action) -> bool {
-    script.clauses.last().is_some_and(|last| last.actions == [action.clone()])
+fn ends_with(script: &Script, action: &Action, or_beside: bool) -> bool {
+    let is = |last: &Clause| last.actions.contains(action) && (or_beside || last.actions.len() == 1);
+    script.clauses.last().is_some_and(is)
 }
 
 pub(super) fn name(verb: &Verb) -> String {

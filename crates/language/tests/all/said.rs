@@ -142,6 +142,7 @@ fn a_pose_and_the_way_to_it_take_as_long_as_is_said() {
         ("take four seconds to raise your right arm", 4.0),
         ("raise both arms within 3 s", 3.0),
         ("stretch your left arm out to the side over five seconds", 5.0),
+        ("sit down for three seconds", 3.0),
         ("hold a tree pose for four seconds", 4.0),
         ("hold an arabesque for five seconds", 5.0),
         ("crouch with your hands on your head for three seconds", 3.0),
