@@ -621,10 +621,10 @@ fn turns_over(piece: &Piece, words: &[String]) -> bool {
     ways || counts || differ([one.degrees, other.degrees])
 }
 
-/// Returns whether a script ends with an action.
+/// Returns whether a script ends with an action, alone or beside another one.
 fn ends_with(script: &Script, action: &Action, or_beside: bool) -> bool {
-    let is = |last: &Clause| last.actions.contains(action) && (or_beside || last.actions.len() == 1);
-    script.clauses.last().is_some_and(is)
+    let Some(Clause { actions, .. }) = script.clauses.last() else { return false };
+    actions.contains(action) && (or_beside || actions.len() == 1)
 }
 
 pub(super) fn name(verb: &Verb) -> String {
